@@ -1,11 +1,11 @@
-/* What the medium answers to slip. */
+/* The stress with which the medium responds to slip and slip rate, and the energy that it stores and loses. */
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatviscosity.h>
 #include <string.h>
 #include <slipstep/private/slipwork.h>
 
 /*@
-  SlipElasticForce - the stress by which the medium resists
+  SlipElasticForce - computes the stress with which the medium resists slip
 
   Collective; after SlipElasticSetUp()
 
@@ -13,16 +13,16 @@
 + el - the medium
 . t  - the time [s], not before the start of the last step
 . u  - displacement relative to the far field [m]; `NULL`: shear is (df/dv) v alone
-- v  - slip rate likewise [m/s]; `NULL`: 0
+- v  - slip rate relative to the far field [m/s]; `NULL`: 0
 
   Output Parameters:
-+ shear  - f(u, v, t), by the weights of the stiffness [Pa]; `NULL`: not wanted
-- normal - compression that u adds, a number a cell [Pa]; `NULL`: not wanted
++ shear  - f(u, v, t), times the weights of the stiffness [Pa]; `NULL`: it is not computed
+- normal - compression that u adds, one number per cell [Pa]; `NULL`: it is not computed
 
   Level: developer
 
   Note:
-  With both outputs what they have in common is computed once.
+  A call with both outputs computes once what they have in common.
 
 .seealso: SlipElasticApply(), SlipElasticStage()
 @*/
@@ -35,31 +35,31 @@ PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec s
   SlipWorkBegin(SLIP_SHARE_PRODUCTS);
   PetscCall((*el->ops->force)(el, t, u, v, shear, normal));
   SlipWorkEnd();
-  /* of a type that multiplies by no matrix of ours; static may know the product */
+  /* A type that multiplies by none of our matrices counts as one product; static may have cached the product. */
   if (u && strcmp(((PetscObject)el)->type_name, SLIPELASTICSTATIC) && SlipProductsNow().all == before.all)
     SlipProductsAdd((SlipProducts){.k = 1, .all = 1});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  SlipElasticViscous - the damping of a slip rate, only as exact as a step needs it
+  SlipElasticViscous - computes the damping of a slip rate, as accurately as a step needs it
 
   Collective; after SlipElasticSetUp()
 
   Input Parameters:
 + el        - the medium
 . v         - slip rate relative to the far field [m/s]
-- tolerance - relative error in the 2-norm that is allowed, dimensionless, not negative
+- tolerance - allowed relative error in the 2-norm, dimensionless, not negative
 
   Output Parameter:
-. stress - (df/dv) v, by the weights of the stiffness [Pa]
+. stress - (df/dv) v, times the weights of the stiffness [Pa]
 
   Level: developer
 
   Notes:
-  Only a square root that Lanczos' method applies has use for the tolerance. It remembers the rates of the last
-  products, in checkpoints as well, so that steps which follow one another take few products with the stiffness:
-  MatSlipViscosityAllow(). An error of 1e-4 changes the history of slip by 2e-5 to 4e-5, measured on the 3 km fault.
+  Only a square root that Lanczos' method applies uses the tolerance. It stores the rates of the last products, also in
+  checkpoints, so that consecutive steps need few products with the stiffness: MatSlipViscosityAllow(). An error of
+  1e-4 changes the history of slip by 2e-5 to 4e-5, measured on the 3 km fault.
 
 .seealso: SlipElasticForce(), SlipElasticGetFrequency()
 @*/
@@ -74,14 +74,14 @@ PetscErrorCode SlipElasticViscous(SlipElastic el, Vec v, PetscReal tolerance, Ve
 }
 
 /*@
-  SlipElasticStage - prepare the stage operator B = M/theta + df/dv + theta df/du
+  SlipElasticStage - prepares the stage operator B = M/theta + df/dv + theta df/du
 
   Collective; after SlipElasticSetUp()
 
   Input Parameters:
 + el    - the medium
 . t     - time of the stage's end [s]
-- theta - u = u0 + theta v in the stage [s]
+- theta - factor of the slip rate in u = u0 + theta v, which holds in the stage [s]
 
   Level: developer
 
@@ -98,7 +98,7 @@ PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta)
 }
 
 /*@
-  SlipElasticGetStage - the stage operator of the last SlipElasticStage()
+  SlipElasticGetStage - gets the stage operator of the last SlipElasticStage()
 
   Not collective
 
@@ -107,7 +107,7 @@ PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta)
 
   Output Parameters (each may be `NULL`):
 + B - M/theta + df/dv + theta df/du [Pa s/m], borrowed until the next stage
-- C - what slip does to normal stress there [Pa/m], likewise; `NULL`: nothing
+- C - change of normal stress by slip there [Pa/m], borrowed likewise; `NULL`: slip does not change it
 
   Level: developer
 
@@ -126,7 +126,7 @@ PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)
 }
 
 /*@
-  SlipElasticApply - the stress of a slip that the medium has had time to follow
+  SlipElasticApply - computes the static stress of a slip
 
   Collective; after SlipElasticSetStiffness()
 
@@ -135,13 +135,13 @@ PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)
 - x  - slip [m]
 
   Output Parameters:
-+ shear  - K x, by the weights of the stiffness [Pa]; `NULL`: not wanted
-- normal - compression that x adds [Pa]; `NULL`: not wanted
++ shear  - K x, times the weights of the stiffness [Pa]; `NULL`: it is not computed
+- normal - compression that x adds [Pa]; `NULL`: it is not computed
 
   Level: developer
 
   Note:
-  In implicit steps products are remembered, and the same x again costs none.
+  Implicit steps cache products, so that another call with the same x computes none.
 
 .seealso: SlipElasticForce(), SlipElasticSolve(), SlipElasticStoreSum()
 @*/
@@ -164,7 +164,7 @@ PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
 }
 
 /*@
-  SlipElasticGetDiagonals - the stress on a cell of its own slip and slip rate
+  SlipElasticGetDiagonals - gets the stress on each cell of its own slip and slip rate
 
   Collective; after SlipElasticSetUp()
 
@@ -173,7 +173,7 @@ PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
 
   Output Parameters (each may be `NULL`):
 + k - diagonal of K [Pa/m], borrowed
-- h - of df/dv [Pa s/m], likewise
+- h - diagonal of df/dv [Pa s/m], borrowed
 
   Level: developer
 
@@ -198,7 +198,7 @@ PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h)
 }
 
 /*@
-  SlipElasticGetImpedance - the radiation damping of a medium
+  SlipElasticGetImpedance - gets the radiation damping of a medium
 
   Not collective; after SlipElasticSetUp()
 
@@ -206,7 +206,7 @@ PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h)
 . el - the medium
 
   Output Parameter:
-. eta - df/dv is eta times the weights of the stiffness [Pa s/m]; 0: it is another matrix
+. eta - impedance, if df/dv is eta times the weights of the stiffness [Pa s/m]; 0: df/dv is another matrix
 
   Level: developer
 
@@ -220,7 +220,7 @@ PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *eta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum over all processes of what a type says, 0 without an operation */
+/* Adds up over all processes what the operation of a type computes; the sum is 0 for a type without the operation. */
 static PetscErrorCode Sum(SlipElastic el, PetscErrorCode (*op)(SlipElastic, PetscReal, Vec, PetscReal *), PetscReal t,
                           Vec u, PetscReal *sum)
 {
@@ -233,7 +233,7 @@ static PetscErrorCode Sum(SlipElastic el, PetscErrorCode (*op)(SlipElastic, Pets
 }
 
 /*@
-  SlipElasticGetEnergy - the energy that a medium stores besides u.f(u, t)/2
+  SlipElasticGetEnergy - computes the energy that a medium stores besides u.f(u, t)/2
 
   Collective
 
@@ -258,7 +258,7 @@ PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscRea
 }
 
 /*@
-  SlipElasticGetPower - what a medium loses besides v.(df/dv) v
+  SlipElasticGetPower - computes the power that a medium loses besides v.(df/dv) v
 
   Collective
 

@@ -1,21 +1,22 @@
 /*
-  The largest frequency at which a fault with inertia can vibrate, by which explicit steps are bounded:
+  This file finds the largest frequency at which a fault with inertia can vibrate, which bounds explicit steps:
 
      omega^2 = the largest eigenvalue of A = D^-1 (df/du) D^-1 / mass,   D = diag(w)^(1/2),
 
-  w the weights of the stiffness. Lanczos' process finds the largest Ritz value; with its residual added it is a bound
-  from above as long as the start is not orthogonal to the eigenvector (Zhou & Li 2011, Linear Algebra Appl. 435), and
-  the start is random. Orthogonality that the recurrence loses repeats Ritz values, which the bound does not mind.
+  where w are the weights of the stiffness. Lanczos' process finds the largest Ritz value. Its sum with its residual is
+  an upper bound if the start is not orthogonal to the eigenvector (Zhou & Li 2011, Linear Algebra Appl. 435), and the
+  start is random. Lost orthogonality of the recurrence only repeats Ritz values, and the bound stays valid.
 */
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatviscosity.h>
 #include <slipblas.h>
 #include <slipcore.h>
 
-#define FREQUENCY_MOST 40       /* products */
-#define FREQUENCY_RESIDUAL 0.01 /* over the Ritz value where it ends: omega is then at most 0.5 % too large */
+#define FREQUENCY_MOST 40       /* largest number of products */
+#define FREQUENCY_RESIDUAL 0.01 /* residual over the Ritz value where the process ends: omega is <= 0.5 % too large */
 
-/* y = D^-1 (df/du) D^-1 x / mass. df/du is symmetric, and f(u, t) affine in u, where offset is f(0, t), or NULL. */
+/* The operator y = D^-1 (df/du) D^-1 x / mass. df/du is symmetric, and f(u, t) is affine in u: offset is f(0, t), and
+   NULL where that is 0. */
 typedef struct {
   SlipElastic el;
   PetscReal t;
@@ -35,7 +36,7 @@ static PetscErrorCode Multiply(Operator *A, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A number in (-1, 1) for each row, whatever the order of the cells and their owners: of the cell's number */
+/* Fills each row with a random number in (-1, 1) of the cell's number, whatever the order and the owners of cells. */
 static PetscErrorCode FillStart(SlipElastic el, Vec x)
 {
   PetscInt start, end;
@@ -54,7 +55,7 @@ static PetscErrorCode FillStart(SlipElastic el, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest Ritz value of T, alpha[m] on and beta[m - 1] beside its diagonal, and its residual */
+/* Finds the largest Ritz value and its residual; the matrix has alpha[m] on and beta[m - 1] beside its diagonal. */
 static PetscErrorCode LargestRitz(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal *value,
                                   PetscReal *residual)
 {
@@ -72,7 +73,7 @@ static PetscErrorCode LargestRitz(PetscInt m, const PetscReal alpha[], const Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lanczos' process from q, which is overwritten; old and next: work */
+/* Lanczos' process starts from q and overwrites it; old and next are work vectors. */
 static PetscErrorCode LargestEigenvalue(Operator *A, Vec q, Vec old, Vec next, PetscReal *largest)
 {
   PetscReal alpha[FREQUENCY_MOST], beta[FREQUENCY_MOST], value = 0, residual = 0;
@@ -115,7 +116,7 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
   PetscCall(MatCreateVecs(el->K, &work[0], NULL));
   for (int k = 1; k < 4; k++) PetscCall(VecDuplicate(work[0], &work[k]));
   A.scaled = work[3];
-  if (el->ops->force != SlipElasticForceStatic) { /* only its f is known to be 0 where u is */
+  if (el->ops->force != SlipElasticForceStatic) { /* its f is 0 where u is 0, which others need not be */
     PetscCall(VecDuplicate(work[0], &A.offset));
     PetscCall(VecZeroEntries(work[3]));
     PetscCall(SlipElasticForce(el, A.t, work[3], NULL, A.offset, NULL));
@@ -134,7 +135,7 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
 }
 
 /*@
-  SlipElasticGetFrequency - the largest frequency of a fault with inertia, all of which slides
+  SlipElasticGetFrequency - computes the largest frequency of a fault with inertia of which all cells slide
 
   Collective; after SlipElasticSetUp()
 
@@ -142,19 +143,19 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
 . el - the medium
 
   Output Parameter:
-. omega - square root of the largest eigenvalue of M^-1 df/du, M the mass times the weights of the stiffness [rad/s];
-          not below it, and at most 0.5 % above
+. omega - square root of the largest eigenvalue of M^-1 df/du, where M is the mass times the weights of the stiffness
+          [rad/s]; it is not below the exact value, and at most 0.5 % above
 
   Level: developer
 
   Notes:
-  It is found once, by products with df/du, some 10 to 25 of them, and remembered, by checkpoints as well, so that a run
-  that goes on takes the same steps. On other numbers of processes it is the same up to rounding. Parts of a fault
-  vibrate no faster than all of it.
+  The first call computes it by some 10 to 25 products with df/du. The medium stores it, also in checkpoints, so that a
+  restarted run takes the same steps. The number of processes changes it by rounding only. A part of a fault vibrates no
+  faster than the whole fault.
 
-  A medium that remembers may be stiffer to slip from now on than to slip of long ago: df/du is that of its last state.
+  A medium with memory may be stiffer to slip from now on than to earlier slip: df/du is that of its last state.
 
-  Errors: PETSC_ERR_ORDER for a medium that remembers before SlipElasticAccept(), PETSC_ERR_ARG_WRONG where df/du has no
+  Errors: PETSC_ERR_ORDER for a medium with memory before SlipElasticAccept(), PETSC_ERR_ARG_WRONG where df/du has no
   positive eigenvalue
 
 .seealso: SlipElasticForce(), SlipElasticViscous()
@@ -171,7 +172,7 @@ PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega)
 }
 
 /*@
-  SlipElasticGetFoundFrequency - the largest frequency, if it has been asked for
+  SlipElasticGetFoundFrequency - gets the largest frequency if it has been computed
 
   Not collective
 
@@ -179,7 +180,7 @@ PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega)
 . el - the medium
 
   Output Parameter:
-. omega - that of SlipElasticGetFrequency() [rad/s]; 0: not found yet
+. omega - that of SlipElasticGetFrequency() [rad/s]; 0: it has not been computed
 
   Level: developer
 

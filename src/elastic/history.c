@@ -1,9 +1,9 @@
-/* The history of a medium that remembers: two slots, which states follow from, and when they move on. */
+/* The history of a medium with memory: slot 1 has the last accepted or tried state, slot 0 an attempt's start. */
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipstate.h>
 
 /*@
-  SlipElasticRests - does the stress depend on slip alone, neither on time nor on the past?
+  SlipElasticRests - returns whether the stress depends on slip alone, neither on time nor on the past
 
   Not collective
 
@@ -11,7 +11,7 @@
 . el - the medium
 
   Output Parameter:
-. rests - the times at which no cell slips may be skipped
+. rests - `PETSC_TRUE`: a run may skip the times at which no cell slips
 
   Level: developer
 
@@ -26,7 +26,7 @@ PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests)
 }
 
 /*@
-  SlipElasticLoads - does the medium load the fault by itself?
+  SlipElasticLoads - returns whether the medium loads the fault by itself
 
   Not collective
 
@@ -34,7 +34,7 @@ PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests)
 . el - the medium
 
   Output Parameter:
-. loads - steps and estimates are those of a loaded fault
+. loads - `PETSC_TRUE`: steps and error estimates are those of a loaded fault
 
   Level: developer
 
@@ -49,7 +49,7 @@ PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads)
 }
 
 /*@
-  SlipElasticRemembers - does the stress depend on the history of slip?
+  SlipElasticRemembers - returns whether the stress depends on the history of slip
 
   Not collective
 
@@ -57,7 +57,7 @@ PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads)
 . el - the medium
 
   Output Parameter:
-. remembers - SlipElasticAccept() and its like are to be called
+. remembers - `PETSC_TRUE`: a time integrator must call SlipElasticAccept(), SlipElasticAdvance(), SlipElasticRollBack()
 
   Level: developer
 
@@ -72,7 +72,7 @@ PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers)
 }
 
 /*@
-  SlipElasticGetShortestStep - the step below which nothing is gained: within it, waves do not leave a cell
+  SlipElasticGetShortestStep - gets the shortest useful step: in shorter ones waves do not leave a cell
 
   Not collective
 
@@ -80,7 +80,7 @@ PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers)
 . el - the medium
 
   Output Parameter:
-. step - [s]; 0: there is none
+. step - the step [s]; 0: there is no such limit
 
   Level: developer
 
@@ -96,7 +96,7 @@ PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step)
 }
 
 /*@
-  SlipElasticGetImages - when stress comes that no slip of the fault makes, but that of its periodic images
+  SlipElasticGetImages - gets when the waves of the fault's periodic images arrive at the fault
 
   Not collective
 
@@ -104,8 +104,8 @@ PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step)
 . el - the medium
 
   Output Parameters:
-+ first - this long after slip the first of it comes [s]; PETSC_MAX_REAL: never
-- last  - this long after slip it has gone, as far as it matters [s]
++ first - time from slip until the first of these waves arrive [s]; PETSC_MAX_REAL: they never do
+- last  - time from slip until the last waves that matter have passed [s]
 
   Level: developer
 
@@ -148,7 +148,7 @@ static PetscErrorCode SetUpSlots(SlipElastic el)
 }
 
 /*@
-  SlipElasticAccept - a step begins from a state that was accepted
+  SlipElasticAccept - stores the accepted state from which a step begins
 
   Collective; a medium without history does nothing
 
@@ -156,13 +156,13 @@ static PetscErrorCode SetUpSlots(SlipElastic el)
 + el    - the medium
 . t     - the time [s]
 . u     - displacement [m]
-- first - a run begins: there is nothing before
+- first - a run begins: there is no earlier history
 
   Level: developer
 
   Note:
-  It is called where a step begins, not where the one before ends: states within the last step, which observers ask for
-  in between, and steps that an event takes back then follow from the same history as they did.
+  Call it where a step begins, not where the step before ends: until then the states within the last step, which
+  observers interpolate, and steps that an event takes back follow from the same history as before.
 
 .seealso: SlipElasticAdvance(), SlipElasticRollBack()
 @*/
@@ -179,7 +179,7 @@ PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool f
 }
 
 /*@
-  SlipElasticAdvance - a part of an attempt begins, from a state that is only tried
+  SlipElasticAdvance - stores the state from which a part of an attempted step begins, until the attempt is accepted
 
   Collective; a medium without history does nothing
 
@@ -190,7 +190,7 @@ PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool f
 
   Level: developer
 
-  Errors: PETSC_ERR_SUP for a medium that remembers whole steps alone, without copy
+  Errors: PETSC_ERR_SUP for a medium that stores whole steps only (a type without the operation copy)
 
 .seealso: SlipElasticAccept(), SlipElasticRollBack()
 @*/
@@ -209,9 +209,9 @@ PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u)
 }
 
 /*@
-  SlipElasticRollBack - an attempt was refused: back to the start of the step
+  SlipElasticRollBack - restores the history of the start of the step after an attempt was rejected
 
-  Collective; without SlipElasticAdvance() since that start, and in a medium without history, it does nothing
+  Collective; it does nothing in a medium without history, or without a SlipElasticAdvance() since that start
 
   Input Parameter:
 . el - the medium
@@ -230,7 +230,7 @@ PetscErrorCode SlipElasticRollBack(SlipElastic el)
 }
 
 /*@
-  SlipElasticFindPast - the slot that the state of a time follows from
+  SlipElasticFindPast - finds the slot of the history from which the state at a time follows
 
   Not collective; for types of media
 
@@ -239,7 +239,7 @@ PetscErrorCode SlipElasticRollBack(SlipElastic el)
 - t  - the time [s], not before the start of the last step
 
   Output Parameter:
-. slot - 0 or 1; -1: there is no history, as before a run
+. slot - 0 or 1; -1: there is no history yet, as before a run
 
   Level: developer
 
@@ -254,7 +254,7 @@ PetscErrorCode SlipElasticFindPast(SlipElastic el, PetscReal t, PetscInt *slot)
 }
 
 /*@C
-  SlipElasticGetPast - the state of a slot of the history
+  SlipElasticGetPast - gets the state in a slot of the history
 
   Not collective; for types of media
 
@@ -278,7 +278,7 @@ PetscErrorCode SlipElasticGetPast(SlipElastic el, PetscInt slot, SlipElasticPast
 }
 
 /*@
-  SlipElasticVisit - write what a medium remembers to a checkpoint, or read it
+  SlipElasticVisit - writes the history and the cached products of a medium to a checkpoint, or reads them
 
   Collective; between two steps
 

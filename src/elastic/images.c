@@ -1,11 +1,12 @@
-/* Products that the medium remembers, for known.c: vectors with what K and H make of them. They are found by their
-   contents, bit by bit, so that copies are found and a state that somebody has changed is not. */
+/* The cache of products with K and H, which known.c uses: pairs of a vector and its products. A pair is found by the
+   bits of its vector, so that copies of the vector are found and a vector that has been changed is not. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelastic.h>
 
-/* What a solve has left says K x to the rounding of forces over its theta: in a stage that is so many times longer a
-   product is made. (A fault that had begun by steps of a picosecond came to rest and slid on by steps of minutes: of
-   slip rates of a start that no solve changed K x was off by rounding over a picosecond.) */
+/* K x that follows from the residual of a stage's solve has an error of the forces' rounding over that stage's theta.
+   A stage whose theta is so many times longer computes the product anew. (A fault started with steps of a picosecond,
+   came to rest and slid on with steps of minutes: no solve had changed the slip rates of the start, and their K x was
+   wrong by the rounding over a picosecond.) */
 #define LONGER 100
 
 PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair)
@@ -20,7 +21,7 @@ PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair
 
     PetscCall(SlipDeviceVecSame(x, el->pair[k].x, &here));
     if (here) same |= 1u << k;
-    if (here && SlipDeviceVecIs(x)) break; /* of one process the first counts */
+    if (here && SlipDeviceVecIs(x)) break; /* device vectors are of one process, which needs only the first match */
   }
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)el), &size));
   if (size > 1)
@@ -93,7 +94,7 @@ PetscErrorCode SlipElasticKeepImage(SlipElastic el, SlipElasticImage of, Vec x, 
   SlipElasticPair *pair;
 
   PetscFunctionBegin;
-  if (!el->stage) PetscFunctionReturn(PETSC_SUCCESS); /* only implicit steps come back */
+  if (!el->stage) PetscFunctionReturn(PETSC_SUCCESS); /* only implicit steps use a product again */
   PetscCall(SlipElasticTakePair(el, x, &pair));
   PetscCall(SlipElasticSetImage(pair, of, image));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -110,7 +111,7 @@ PetscErrorCode SlipElasticDestroyImages(SlipElastic el)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is known, for checkpoints. Collective. */
+/* Writes the cached products to a checkpoint, or reads them. Collective. */
 PetscErrorCode SlipElasticImagesState(SlipElastic el, SlipState state)
 {
   static const char *const flag[] = {"pair_%" PetscInt_FMT "_has_stiffness", "pair_%" PetscInt_FMT "_has_viscosity"};

@@ -1,28 +1,28 @@
-/* Products that need not be made. An implicit step asks for K u and H v of the states that its stages have found, of
-   the start of the next stage, which is a sum of those, and of first guesses. Solvers have made most of these
-   products already, and sums of them cost nothing (images.c). */
+/* Reuse of products. An implicit step needs K u and H v of the states at which its stages ended, of the start of the
+   next stage, which is a sum of these states, and of first guesses. Solvers have computed most of these products
+   already, and their sums cost no product. images.c caches them. */
 #include <slipstep/private/slipelastic.h>
 
-/* Sums of sums, after which a product is made anew: rounding adds up, by 1e-16 of K u each */
+/* Number of nested sums after which a product is computed anew: each adds rounding of 1e-16 of K u */
 enum { oldest = 100 };
 
 /*@C
-  SlipElasticStoreSum - tell a medium that a slip is the sum of others
+  SlipElasticStoreSum - stores that a slip is a sum of others, so that its product with K is the sum of their products
 
   Collective; after SlipElasticStage()
 
   Input Parameters:
 + el - the medium
-. y  - slip, sum_i a[i] x[i] to rounding [m]
+. y  - slip, equal to sum_i a[i] x[i] up to rounding [m]
 . n  - number of terms, >= 1
-. a  - factors [1, or s of slip rates]
+. a  - factors [1, for slip rates s]
 - x  - other slips or slip rates [m, m/s]
 
   Level: developer
 
   Note:
-  Where the products of K with the terms are known, or all but one, which is then made, that with y is known too, and
-  SlipElasticApply() finds it. Of three slips, say, one product is made where the others have been found by stages.
+  If the products of K with all terms but at most one are cached, the missing one is computed, the product with y is
+  cached, and SlipElasticApply() finds it. A sum of three slips, two of which stages have found, costs one product.
 
 .seealso: SlipElasticStoreStage(), SlipElasticApply()
 @*/
@@ -53,21 +53,21 @@ PetscErrorCode SlipElasticStoreSum(SlipElastic el, Vec y, PetscInt n, const Pets
     PetscCall(VecAXPY(sum, a[i], pair->image[SLIP_ELASTIC_K]));
   }
   PetscCall(SlipElasticTakePair(el, y, &pair));
-  if (pair->has[SLIP_ELASTIC_K]) PetscFunctionReturn(PETSC_SUCCESS); /* by a product, or one that is younger */
+  if (pair->has[SLIP_ELASTIC_K]) PetscFunctionReturn(PETSC_SUCCESS); /* from a product, or from fewer nested sums */
   PetscCall(SlipElasticSetImage(pair, SLIP_ELASTIC_K, sum));
   pair->age = age + 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  SlipElasticStore - tell a medium what its stiffness makes of a slip, that asking for it again takes no product
+  SlipElasticStore - caches the product of the stiffness with a slip, so that it need not be computed again
 
   Collective
 
   Input Parameters:
 + el - the medium
 . x  - slip [m], or slip rate [m/s]
-- kx - K x [Pa], or [Pa/s], by a product of before
+- kx - K x [Pa], or [Pa/s], from an earlier product
 
   Level: developer
 
@@ -81,7 +81,7 @@ PetscErrorCode SlipElasticStore(SlipElastic el, Vec x, Vec kx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y += a w x, w the weights of the stiffness */
+/* y += a w x, where w are the weights of the stiffness */
 static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
 {
   Vec weights, work;
@@ -99,7 +99,7 @@ static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
 }
 
 /*@
-  SlipElasticStoreStage - tell a medium what its stage operator has made of a slip rate
+  SlipElasticStoreStage - caches the product of the stage operator with a slip rate
 
   Collective; after SlipElasticStage()
 
@@ -111,7 +111,7 @@ static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
   Level: developer
 
   Note:
-  K x and H x are known then, with radiation for the damping without a product, else with one of K.
+  K x and H x are cached then. That takes no product where the damping is radiation, and one with K otherwise.
 
 .seealso: SlipElasticApplyStage(), SlipElasticStoreSum()
 @*/
@@ -123,7 +123,7 @@ PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  if (el->stage != el->B) PetscFunctionReturn(PETSC_SUCCESS); /* of another medium than static */
+  if (el->stage != el->B) PetscFunctionReturn(PETSC_SUCCESS); /* the medium is not static */
   PetscCall(MatSlipStageGetTheta(el->B, &theta));
   PetscCall(SlipRadiationGet(el->H, &eta));
   PetscCall(SlipElasticGetWork(el, 0, &rest));
@@ -134,7 +134,7 @@ PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
     if (pair->has[SLIP_ELASTIC_K]) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(VecScale(rest, 1 / theta));
     PetscCall(SlipElasticSetImage(pair, SLIP_ELASTIC_K, rest));
-    pair->theta = el->theta > 0 ? 1 / (1 / theta + 1 / el->theta) : theta; /* that of the first guess adds to it */
+    pair->theta = el->theta > 0 ? 1 / (1 / theta + 1 / el->theta) : theta; /* the first guess's error adds up */
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipElasticGetWork(el, 1, &product));
@@ -146,7 +146,7 @@ PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
 }
 
 /*@
-  SlipElasticApplyStage - what the stage operator makes of a slip rate
+  SlipElasticApplyStage - computes the product of the stage operator with a slip rate
 
   Collective; after SlipElasticStage()
 
@@ -155,7 +155,7 @@ PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
 - x  - slip rate [m/s]
 
   Output Parameter:
-. y - (M/theta + df/dv + theta df/du) x [Pa]; without a product where K x and H x are known
+. y - (M/theta + df/dv + theta df/du) x [Pa]; computed without a product where K x and H x are cached
 
   Level: developer
 
@@ -187,7 +187,7 @@ PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y)
 }
 
 /*@
-  SlipElasticForget - forget the products that a medium has remembered
+  SlipElasticForget - deletes the cached products of a medium
 
   Logically collective
 
@@ -197,7 +197,7 @@ PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y)
   Level: developer
 
   Note:
-  A run begins so, as its last digits are to be those of the same run before.
+  Each run begins with this call, so that its results do not depend, in their last digits, on earlier runs.
 
 .seealso: SlipElasticStoreStage()
 @*/

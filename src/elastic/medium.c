@@ -1,22 +1,22 @@
-/* The medium's life: its operations, its matrices, its end. */
+/* The object of a medium: its operations and its matrices, how they are set up, and how it is destroyed. */
 #include <slipstep/private/slipelastic.h>
 #include <slipcells.h>
 #include <slipstep/private/slipsys.h>
 
 PetscClassId SLIP_ELASTIC_CLASSID = 0;
 /*@C
-  SlipElasticSetOps - what a type does
+  SlipElasticSetOps - sets the operations of a type of medium
 
-  Logically collective; in the function that SlipElasticRegister() was given
+  Logically collective; call it in the function that is passed to SlipElasticRegister()
 
   Input Parameters:
 + el   - the medium
-. ops  - the operations, copied; force and stage where they are NULL are those of static
-- data - of the type, whose destroy() frees it
+. ops  - the operations, copied; where force or stage is NULL, that of static is used
+- data - the type's own data; its destroy() frees it
 
   Level: advanced
 
-  Errors: PETSC_ERR_ARG_WRONG for a medium that remembers without visit, or that says it rests
+  Errors: PETSC_ERR_ARG_WRONG for a medium with memory (advance) that has no visit, or that sets rests
 
 .seealso: SlipElasticRegister(), SlipElasticGetData()
 @*/
@@ -32,7 +32,7 @@ PetscErrorCode SlipElasticSetOps(SlipElastic el, const SlipElasticOps *ops, void
 }
 
 /*@C
-  SlipElasticGetData - what a type has given to SlipElasticSetOps()
+  SlipElasticGetData - gets the data that a type has passed to SlipElasticSetOps()
 
   Not collective
 
@@ -55,14 +55,14 @@ PetscErrorCode SlipElasticGetData(SlipElastic el, void *data)
 }
 
 /*@
-  SlipElasticSetStiffness - the matrices of static slip
+  SlipElasticSetStiffness - sets the stiffness matrices of static slip
 
   Collective; before SlipElasticSetUp()
 
   Input Parameters:
 + el - the medium
-. K  - stiffness, symmetric [Pa/m]; the medium keeps a reference
-- Kn - compression that slip adds, likewise [Pa/m]; `NULL`: none
+. K  - symmetric stiffness [Pa/m]; the medium takes a reference
+- Kn - compression that unit slip adds [Pa/m]; the medium takes a reference; `NULL`: slip adds none
 
   Level: advanced
 
@@ -84,13 +84,13 @@ PetscErrorCode SlipElasticSetStiffness(SlipElastic el, Mat K, Mat Kn)
 }
 
 /*@
-  SlipElasticScale - multiply the stiffness of a medium
+  SlipElasticScale - multiplies the stiffness of a medium by a factor
 
   Collective; after SlipElasticSetStiffness(), before SlipElasticSetUp()
 
   Input Parameters:
 + el     - the medium
-- factor - of K and Kn, dimensionless
+- factor - factor of K and Kn, dimensionless
 
   Level: advanced
 
@@ -120,13 +120,13 @@ static PetscErrorCode KeepNumbers(SlipElastic el, const PetscInt order[])
 }
 
 /*@
-  SlipElasticSetUp - make the viscosity and the stage operator of a medium
+  SlipElasticSetUp - creates the viscosity and the stage operator of a medium
 
   Collective; after SlipElasticSetStiffness()
 
   Input Parameters:
 + el   - the medium
-- rock - what is not in the stiffness, copied as far as it is needed
+- rock - properties of the rock that the stiffness does not contain; copied as far as needed
 
   Level: advanced
 
@@ -144,7 +144,7 @@ PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
   else
     PetscCall(MatCreateSlipViscosity(el->K, rock->mass, rock->zeta, rock->zeta > 0 ? rock->viscosity : "none", &el->H));
   PetscCall(MatSlipViscositySetTolerance(el->H, rock->tolerance));
-  PetscCall(MatSlipViscositySetFromOptions(el->H)); /* its own option wins */
+  PetscCall(MatSlipViscositySetFromOptions(el->H)); /* the option of the viscosity overrides rock->tolerance */
   el->inertia = rock->inertia ? rock->mass : 0;
   PetscCall(MatCreateSlipStage(el->K, el->H, el->inertia, &el->B));
   PetscCall(MatSlipStageSetFromOptions(el->B));
@@ -156,7 +156,7 @@ PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
 }
 
 /*@
-  SlipElasticGetMatrices - the matrices of a medium, for types of media, and for those who look at entries
+  SlipElasticGetMatrices - gets the matrices of a medium, for types of media and for callers that need entries
 
   Not collective
 
@@ -165,8 +165,8 @@ PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
 
   Output Parameters (each may be `NULL`):
 + K  - stiffness [Pa/m], borrowed
-. Kn - what slip does to normal stress [Pa/m], likewise; `NULL`: nothing
-- H  - viscosity [Pa s/m], likewise; `NULL` before SlipElasticSetUp()
+. Kn - change of normal stress by slip [Pa/m], borrowed; `NULL`: slip does not change it
+- H  - viscosity [Pa s/m], borrowed; `NULL` before SlipElasticSetUp()
 
   Level: advanced
 
@@ -183,12 +183,12 @@ PetscErrorCode SlipElasticGetMatrices(SlipElastic el, Mat *K, Mat *Kn, Mat *H)
 }
 
 /*@
-  SlipElasticDestroy - give up a reference to a medium
+  SlipElasticDestroy - destroys a medium when its last reference is gone
 
   Collective
 
   Input Parameter:
-. el - the medium, set to NULL
+. el - the medium; it is set to NULL
 
   Level: advanced
 

@@ -1,4 +1,4 @@
-/* The types of media, and the creation of the object by which programs come to them. */
+/* The list of the types of media, and the creation of a medium of one of these types. */
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipsys.h>
 
@@ -30,9 +30,9 @@ static PetscErrorCode Register_Elastic(void)
 }
 
 /*@C
-  SlipElasticInitializePackage - register the class of media and its types, with what they use
+  SlipElasticInitializePackage - registers the class of media, its types, and the classes that they use
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). Further calls do nothing.
 
   Level: developer
 
@@ -44,13 +44,13 @@ PetscErrorCode SlipElasticInitializePackage(void)
 }
 
 /*@C
-  SlipElasticRegister - add a type of medium
+  SlipElasticRegister - adds a type of medium
 
   Not collective; after PetscInitialize(), before SlipFaultSetFromOptions()
 
   Input Parameters:
-+ name   - of the type, which -fault_medium takes then
-- create - called once the type is chosen; it calls SlipElasticSetOps()
++ name   - name of the type, which -fault_medium then accepts
+- create - function that is called when the type is chosen; it must call SlipElasticSetOps()
 
   Level: advanced
 
@@ -65,7 +65,7 @@ PetscErrorCode SlipElasticRegister(const char name[], PetscErrorCode (*create)(S
 }
 
 /*@C
-  SlipElasticListTypes - the names of all types of media
+  SlipElasticListTypes - lists the names of all types of media
 
   Not collective
 
@@ -88,7 +88,7 @@ PetscErrorCode SlipElasticListTypes(char names[], size_t len)
   PetscCall(SlipElasticInitializePackage());
   PetscCall(PetscFunctionListGet(Types, &name, &n));
   PetscCall(PetscStrncpy(names, "|", len));
-  for (int i = 0; i < n && name[i]; i++) { /* PETSc counts the NULL behind the last */
+  for (int i = 0; i < n && name[i]; i++) { /* PETSc's n includes the NULL after the last name */
     PetscCall(PetscStrlcat(names, name[i], len));
     PetscCall(PetscStrlcat(names, "|", len));
   }
@@ -97,12 +97,12 @@ PetscErrorCode SlipElasticListTypes(char names[], size_t len)
 }
 
 /*@
-  SlipElasticCreate - create a medium, of type static
+  SlipElasticCreate - creates a medium of type static
 
   Collective
 
   Input Parameter:
-. comm - its processes
+. comm - communicator of the medium
 
   Output Parameter:
 . el - the medium
@@ -126,16 +126,16 @@ PetscErrorCode SlipElasticCreate(MPI_Comm comm, SlipElastic *el)
 }
 
 /*@C
-  SlipElasticSetType - choose the type of a medium
+  SlipElasticSetType - sets the type of a medium
 
   Collective; before SlipElasticSetUp()
 
   Input Parameters:
 + el   - the medium
-- type - SLIPELASTICSTATIC, or a name of SlipElasticRegister()
+- type - SLIPELASTICSTATIC, SLIPELASTICWAVES, or a name that SlipElasticRegister() has added
 
   Options Database Key:
-. -fault_medium <static> - the type, of a fault's medium
+. -fault_medium <static> - the type of a fault's medium
 
   Level: advanced
 

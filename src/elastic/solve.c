@@ -1,11 +1,11 @@
-/* Static equilibrium: x of K x = b, and whether K is positive definite. */
+/* Static equilibrium: this file solves K x = b for x, and finds out whether K is positive definite. */
 #include <slipstep/private/slipelastic.h>
 #include <petscksp.h>
 
-/* Relative residual of K^-1 b that is accepted: a thousandth of what the critical start exceeds the strength by */
+/* Largest accepted relative residual of K^-1 b: 1/1000 of the relative excess of the critical start over strength */
 #define SLIP_ELASTIC_RESIDUAL 1e-8
 
-/* x += K^-1 (b - K x), once. */
+/* One pass of iterative refinement: x += K^-1 (b - K x). */
 static PetscErrorCode Refine(SlipElastic el, KSP ksp, Vec b, Vec x)
 {
   KSPConvergedReason reason;
@@ -26,16 +26,16 @@ static PetscErrorCode Refine(SlipElastic el, KSP ksp, Vec b, Vec x)
 }
 
 /*@
-  SlipElasticSolve - find the slip that a stress makes where all of the fault follows it
+  SlipElasticSolve - solves for the slip that balances a stress if all cells of the fault can slip freely
 
   Collective; after SlipElasticSetStiffness()
 
   Input Parameters:
 + el - the medium
-- b  - shear stress, by the weights of the stiffness [Pa]
+- b  - shear stress, times the weights of the stiffness [Pa]
 
   Input/Output Parameter:
-. x - the slip, K x = b [m]; on entry a first guess
+. x - the slip, which solves K x = b [m]; on entry a first guess
 
   Options Database Key:
 . -fault_start_ksp_* - the solver, conjugate gradients by default
@@ -43,9 +43,9 @@ static PetscErrorCode Refine(SlipElastic el, KSP ksp, Vec b, Vec x)
   Level: developer
 
   Note:
-  The critical start of a fault exceeds its strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5
-  times: three passes of 1e-7 (K is symmetric positive definite) leave nothing but the rounding of K x. What options of
-  the solver leave is looked at.
+  The critical start of a fault exceeds its strength by a relative 1e-5 only, which magnifies an error of K^-1 q by 1e5:
+  three passes with tolerance 1e-7 (K is symmetric positive definite) reduce the error to the rounding of K x. A
+  residual above 1e-8, which options of the solver can cause, is an error.
 
   Errors: PETSC_ERR_NOT_CONVERGED
 
@@ -87,18 +87,18 @@ PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x)
 }
 
 /*@
-  SlipElasticIsIndefinite - do conjugate gradients from a stress meet a slip that costs no energy?
+  SlipElasticIsIndefinite - returns whether conjugate gradients find a slip with no or negative elastic energy
 
   Collective; after SlipElasticSetStiffness()
 
   Input Parameters:
 + el       - the medium
-. products - with K, at most
-- b        - the stress, of no symmetry [Pa]
+. products - largest number of products with K
+- b        - the stress with which they start; it should have no symmetry [Pa]
 
   Output Parameters:
-+ x  - overwritten
-- is - they did
++ x  - work vector, overwritten
+- is - `PETSC_TRUE`: they found such a slip, so K is not positive definite
 
   Level: developer
 

@@ -1,20 +1,20 @@
-/* The medium "static": elastic stress follows slip at once, f = K u + H v, with H a viscosity, or radiation damping. */
+/* The medium "static": elastic stress follows slip at once, f = K u + H v; H is a viscosity or radiation damping. */
 #include <slipstep/private/slipelastic.h>
 
 /*@
-  SlipElasticForceStatic - the stress of a static medium, to which types of others add
+  SlipElasticForceStatic - computes the stress of a static medium, to which other types of media add theirs
 
   Collective; after SlipElasticSetUp()
 
   Input Parameters:
 + el - the medium, of any type
 . t  - the time, not used [s]
-. u  - displacement [m], `NULL`: the part of v alone, and normal is left as it was
-- v  - slip rate [m/s], `NULL`: 0; without u it has to be there
+. u  - displacement [m]; `NULL`: shear is H v alone, and normal does not change
+- v  - slip rate [m/s]; `NULL`: 0, which is allowed only with u
 
   Output Parameters:
-+ shear  - K u + H v [Pa]; `NULL`: not wanted
-- normal - Kn u [Pa]; `NULL`: not wanted
++ shear  - K u + H v [Pa]; `NULL`: it is not computed
+- normal - Kn u [Pa]; `NULL`: it is not computed
 
   Level: advanced
 

@@ -1,8 +1,8 @@
-/* What the matrices of a medium are and take. */
+/* Prints the types of the matrices of a medium and the memory that they need. */
 #include <slipstep/private/slipelastic.h>
 #include <stdio.h>
 
-/* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */
+/* Writes a number of bytes as "1.5 MB", with C's own printf because PETSc's %g differs from it. */
 static void Size(PetscReal bytes, char text[32])
 {
   static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
@@ -12,7 +12,7 @@ static void Size(PetscReal bytes, char text[32])
   (void)snprintf(text, 32, u ? "%.1f %s" : "%.0f %s", (double)bytes, units[u]);
 }
 
-/* What a matrix or preconditioner holds: bytes most on one rank, in all, and of a dense matrix. */
+/* Prints the memory of a matrix or preconditioner: most bytes on a rank, all bytes, and their share of a dense one. */
 static PetscErrorCode ViewMemory(PetscInt rows, const char what[], PetscReal most, PetscReal all, PetscViewer viewer)
 {
   const PetscReal N = (PetscReal)rows, dense = N * N * (PetscReal)sizeof(PetscScalar);
@@ -46,7 +46,7 @@ static PetscErrorCode ViewMatrix(const char what[], const char name[], Mat A, Pe
   PetscCall(MatSlipGetNotes(A, &why));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s%s%s%s\n", what, type, why[0] ? " (" : "", why, why[0] ? ")" : ""));
   PetscCall(PetscViewerASCIIPushTab(viewer));
-  /* MatView() would begin with two lines on the object */
+  /* MatView() would print two lines about the object first */
   PetscCall(
     PetscObjectTypeCompareAny((PetscObject)A, &ours, "sliphmat", "slipspectral", "sliplanczos", "slipstage", ""));
   if (ours) PetscCall(MatGetOperation(A, MATOP_VIEW, &view));
@@ -57,8 +57,8 @@ static PetscErrorCode ViewMatrix(const char what[], const char name[], Mat A, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The preconditioner that the stages of a run will set up, set up here for all cells sliding and theta = T*: what is
-   costly in it stays with the stiffness and the viscosity, so the run does not do it again. */
+/* Sets up the preconditioner of a run's stages for theta and all cells sliding, so that its memory can be printed. The
+   stiffness and the viscosity store its costly parts, so that the run does not compute them again. */
 static PetscErrorCode CreatePreconditioner(SlipElastic el, PetscReal theta, PC *pc)
 {
   PetscReal before;
@@ -75,13 +75,13 @@ static PetscErrorCode CreatePreconditioner(SlipElastic el, PetscReal theta, PC *
 }
 
 /*@C
-  SlipElasticView - print what the matrices of a medium are and take
+  SlipElasticView - prints the types of the matrices of a medium and the memory that they need
 
   Collective; after SlipElasticSetUp()
 
   Input Parameters:
 + el     - the medium
-. theta  - of a stage, at which its preconditioner is set up [s]
+. theta  - theta of a stage, for which its preconditioner is set up [s]
 - viewer - of type ascii
 
   Level: developer

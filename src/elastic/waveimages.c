@@ -1,23 +1,23 @@
 /*
-  Transforms repeat the fault. Its images add what their waves bring, and their static stress, which belongs to nobody:
-  it is in the periodic stiffness from the start, where the memory cancels it until the first waves come, so that it is
-  taken away so much later, by slip as it was then. Far from what slips stress is smooth, and a few moments of slip say
-  all of it:
+  Fourier transforms repeat the fault periodically. The periodic images of the fault add their waves to its stress, and
+  their static stress, which is an error. The periodic stiffness contains this static stress from the start, and the
+  stress of waves under way cancels it until the first waves of the images arrive; it is therefore subtracted with that
+  delay, for the slip of that earlier time. Far from slip stress is smooth, so that a few moments of slip determine it:
 
      f = K_periodic u - sum over groups of images g of K_g u(t - T_g),  K_g = sum P_a(x) C_ab P_b(x'),
 
-  P Legendre polynomials over the fault, C by Gauss' quadrature of the stress of a point, of images one after the other
-  and of all that are farther away by an integral. Groups are those that lie beside the fault along the direction of the
-  shorter period, and all others. Images also send the plane wave of the mean slip rate of a period, of which slow slip
-  knows nothing: it is the delay, times the stress of uniform slip, that takes it away, and so the T_g are known. Slip
-  that has been steady for longer than all waves has neither.
+  where P are Legendre polynomials over the fault, and C is Gauss' quadrature of the stress of a point: near images
+  count one by one, and all farther ones as an integral. One group has the images beside the fault along the shorter
+  period, the other all others. Images also send a plane wave of the mean slip rate of a period, which slow slip does
+  not have: delay times stress of uniform slip cancels it, which determines T_g. Slip that has been steady for longer
+  than waves travel has neither error.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <petscdt.h>
 #include <math.h>
 
-enum { DEGREES = 8, NODES = 12, FAR = 12, GROUPS = 2 }; /* polynomials along a line, points, images each way */
-/* Polynomials of a cell in memory, 0 beyond their number: a vector of a machine */
+enum { DEGREES = 8, NODES = 12, FAR = 12, GROUPS = 2 }; /* polynomials of a line, Gauss points, images each way */
+/* Stored polynomials per cell, padded with 0 to the length of a vector register */
 enum { LANES = 8 };
 enum { PLANE_DEGREES = 6, PLANE_NODES = 8 };
 
@@ -25,20 +25,20 @@ struct _n_SlipWaveImages {
   SlipWaveSpace space;
   PetscInt groups;
   PetscReal delay[GROUPS];
-  PetscInt q;                         /* moments */
-  PetscInt degrees;                   /* in each direction */
+  PetscInt q;                         /* number of moments */
+  PetscInt degrees;                   /* number of polynomials in each direction */
   PetscReal *C[GROUPS];               /* [q][q] */
   PetscReal *at[2];                   /* [cells in that direction][LANES] polynomials along strike and down dip */
   PetscReal *rows;                    /* [cells down dip][2][LANES] moments of rows of cells */
-  PetscReal *moments, *past, *answer; /* [q] of now, of then, and what K_g makes of it */
-  PetscReal *time, *history;          /* [n], [n][q] */
+  PetscReal *moments, *past, *answer; /* [q] moments of now, moments of an earlier time, and K_g times those */
+  PetscReal *time, *history;          /* [n] times of the history [s], [n][q] its moments */
   PetscInt n, size;
   PetscReal nu, G;
 };
 
 /* ---- the stress of a point ---- */
 
-/* Of a line: what all images of a cell so many cells away have, together, at the centre of another */
+/* Stress of all periodic images of a cell of a line, at the centre of a cell that is n cells away from it */
 static PetscReal LineImages(PetscReal G, PetscReal dx, PetscReal period, PetscReal n)
 {
   const PetscReal turn = (PetscReal)PETSC_PI / period, above = n + (PetscReal)0.5, below = n - (PetscReal)0.5;
@@ -47,7 +47,7 @@ static PetscReal LineImages(PetscReal G, PetscReal dx, PetscReal period, PetscRe
   return G / (2 * (PetscReal)PETSC_PI * dx) * (all - (1 / above - 1 / below));
 }
 
-/* Of a plane: static stress drop at (x, z) along strike and down dip of unit slip times area along each direction */
+/* Adds the static stress drop on a plane, at (x, z) along strike and down dip, of unit slip times area along each */
 static void Point(PetscReal G, PetscReal nu, PetscReal x, PetscReal z, PetscReal K[3])
 {
   const PetscReal r2 = x * x + z * z, cube = r2 * PetscSqrtReal(r2), ratio = nu / (1 - nu),
@@ -58,7 +58,7 @@ static void Point(PetscReal G, PetscReal nu, PetscReal x, PetscReal z, PetscReal
   K[2] += factor * (1 + ratio * (3 * z * z / r2 - 1));
 }
 
-/* Of all beyond |x| = a and |z| = b, as so many for an area */
+/* Adds the stress of all images beyond |x| = a and |z| = b, as an integral with one image per area */
 static void Beyond(PetscReal G, PetscReal nu, PetscReal a, PetscReal b, PetscReal area, PetscReal K[3])
 {
   const PetscReal root = PetscSqrtReal(a * a + b * b), ratio = nu / (1 - nu),
@@ -68,7 +68,7 @@ static void Beyond(PetscReal G, PetscReal nu, PetscReal a, PetscReal b, PetscRea
   K[2] += factor * (4 * root / (a * b) + ratio * 4 * a / (b * root));
 }
 
-/* Images of a group for a distance (x, z): those beside the fault along the shorter period (0), or all others */
+/* Stress at (x, z) of the images in a group: those beside the fault along the shorter period (0), or all others (1) */
 static void PlaneImages(const struct _n_SlipWaveImages *w, int group, PetscReal x, PetscReal z, PetscReal K[3])
 {
   const SlipElasticGrid *g = &w->space->grid;
@@ -87,7 +87,7 @@ static void PlaneImages(const struct _n_SlipWaveImages *w, int group, PetscReal 
 
 /* ---- set-up ---- */
 
-/* Legendre's polynomials of x: of all degrees, or of the even ones */
+/* Computes Legendre's polynomials of x, of all degrees or of the even ones only. */
 static void Polynomials(PetscReal x, PetscInt degrees, PetscBool even, PetscReal p[])
 {
   PetscReal before = 1, now = x;
@@ -102,7 +102,7 @@ static void Polynomials(PetscReal x, PetscInt degrees, PetscBool even, PetscReal
   }
 }
 
-/* Where cell i of n is */
+/* Coordinate of cell i of n, which is in (0, 1) with a mirror and in (-1, 1) without */
 static PetscReal Place(PetscReal i, PetscInt n, PetscBool mirror)
 {
   return mirror ? (i + (PetscReal)0.5) / (PetscReal)n : 2 * (i + (PetscReal)0.5) / (PetscReal)n - 1;
@@ -121,7 +121,7 @@ static PetscErrorCode SetUpPolynomials(SlipWaveImages w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gauss' points with the polynomials there, [NODES][degrees], times the factors by which an integral is an amplitude */
+/* Gauss' points, and the polynomials there [NODES][degrees], times the factors that make an integral an amplitude */
 static PetscErrorCode Quadrature(PetscInt nodes, PetscInt degrees, PetscBool even, PetscReal x[], PetscReal p[])
 {
   PetscReal weight[NODES];
@@ -189,7 +189,7 @@ static PetscErrorCode SetUpPlane(SlipWaveImages w, const SlipElasticRock *rock, 
   for (int group = 0; group < 2; group++) {
     PetscCall(PetscCalloc1(w->q * w->q, &w->C[group]));
     for (PetscInt e = 0; e < M * M * M * M; e++) {
-      const PetscInt i = e % M, j = e / M % M, k = e / M / M % M, l = e / M / M / M; /* there x, z; here x, z */
+      const PetscInt i = e % M, j = e / M % M, k = e / M / M % M, l = e / M / M / M; /* source x, z; receiver x, z */
       PetscReal K[3];
 
       PlaneImages(w, group, half[0] * (x[k] - x[i]), half[1] * (x[l] - x[j]), K);
@@ -266,7 +266,7 @@ static PetscInt Cells(SlipWaveSpace s, PetscInt *first)
   return s->line ? s->grid.nz : s->pencil->layout.rows * s->grid.nx;
 }
 
-/* Of a row of cells, in which slip is u[], the same along strike and down dip */
+/* Adds to row[] the moments along strike of a row of cells, for both directions of its slip u[] */
 SLIP_VECTOR static void SlipWaveImagesRow(SlipWaveSpace s, const PetscReal at[], const PetscReal u[], PetscInt first,
                                           PetscReal row[])
 {
@@ -278,7 +278,7 @@ SLIP_VECTOR static void SlipWaveImagesRow(SlipWaveSpace s, const PetscReal at[],
     }
 }
 
-/* Rows are added up in one order, so that nothing depends on the number of ranks. Collective. */
+/* Computes the moments of u. The order in which rows are added does not depend on the number of ranks. Collective. */
 static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
 {
   const SlipWaveSpace s = w->space;
@@ -309,7 +309,7 @@ static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u is the slip of which the others ask until the next one. Collective. */
+/* Sets the present slip u, which the functions below use until the next call. Collective. */
 PetscErrorCode SlipWaveImagesSet(SlipWaveImages w, Vec u)
 {
   PetscFunctionBegin;
@@ -342,10 +342,11 @@ static PetscErrorCode Reserve(SlipWaveImages w, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One entry before the longest delay is kept, and once half of all are older the others move to the front. */
+/* Appends the present moments to the history. When more than half of the entries are older than twice the longest
+   delay, the others and the last of these move to the front. */
 PetscErrorCode SlipWaveImagesAdd(SlipWaveImages w, PetscReal t)
 {
-  const PetscReal oldest = t - 2 * w->delay[w->groups - 1]; /* a step may be taken back */
+  const PetscReal oldest = t - 2 * w->delay[w->groups - 1]; /* twice, because a step may be taken back */
   PetscInt old = 0;
 
   PetscFunctionBegin;
@@ -367,10 +368,10 @@ void SlipWaveImagesShift(SlipWaveImages w, PetscReal by)
   for (PetscInt i = 0; i < w->n; i++) w->time[i] -= by;
 }
 
-/* Moments of the time `then`, between those of the history, or between the last and those of now */
+/* Interpolates the moments of the time `then` in the history, or between its last entry and the present moments. */
 static void MomentsOf(SlipWaveImages w, PetscReal then, PetscReal t)
 {
-  PetscInt low = 0, high = w->n; /* the first that is later; w->n: now */
+  PetscInt low = 0, high = w->n; /* the first entry that is later; w->n: the present */
   const PetscReal *before, *after;
   PetscReal share, from, to;
 
@@ -417,7 +418,7 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool s
   PetscCall(SlipGatherGet(&s->gather, f, &a));
   for (PetscInt row = 0; row < cells / s->grid.nx; row++) {
     const PetscReal *z = w->at[1] + (first + row) * LANES;
-    PetscReal along[2][DEGREES] = {{0}}; /* polynomials along strike, of this row */
+    PetscReal along[2][DEGREES] = {{0}}; /* amplitudes of this row's polynomials along strike */
 
     for (PetscInt b = 0; b < D && s->line; b++) along[0][0] += z[b] * w->answer[b];
     for (PetscInt b = 0; b < w->q && !s->line; b++) along[b / (D * D)][b / D % D] += w->answer[b] * z[b % D];

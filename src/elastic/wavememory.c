@@ -1,20 +1,20 @@
 /*
-  What a plane remembers of slip: of each wavenumber k and each exponential s_j of its kernel the number z_j = s_j times
-  int exp(s_j k cs t') V(t - t') k cs dt', so that the stress of waves under way is eta sum Re (a_j/s_j) z_j, eta =
-  G/(2 cs). While slip has a constant rate V, z goes to e (z + V) - V with e = exp(s_j k cs h), exactly, however long
-  the step is; steady slip has z = -V, and the sum is V then.
+  The stored effect of earlier slip on a plane. Each wavenumber k and each exponential s_j of its kernel has a number
+  z_j = s_j int exp(s_j k cs t') V(t - t') k cs dt'; the stress of waves under way is eta sum Re (a_j/s_j) z_j with
+  eta = G/(2 cs). In a step h at a constant slip rate V, z becomes e (z + V) - V with e = exp(s_j k cs h), which is
+  exact for any length of the step; steady slip has z = -V, for which the sum is V.
 
-  Wavenumbers are taken in blocks, of which all exponentials lie together: memory is read once, in its order. It is in
-  single precision, as exact as the poles are: reading it is what takes the time.
+  Wavenumbers form blocks, whose exponentials are stored together, so that a step reads the memory once and in order.
+  Numbers are in single precision, which is as accurate as the poles, because reading them takes most of the time.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <stdlib.h>
 #include <slipstep/private/slipwork.h>
 
 #define B SLIP_WAVE_BLOCK
-#define LEAST 1e-20 /* exponentials that count */
+#define LEAST 1e-20 /* smaller exponentials are set to 0 */
 
-/* Of the space's wavenumbers, with weight 1; others may be set afterwards. A tolerance of 0: without exponentials */
+/* Creates the memory of the space's wavenumbers with weights of 1; the caller may change both. Tolerance 0: no poles */
 PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field, PetscReal ratio,
                                     PetscReal cs, PetscReal tolerance, SlipWaveMemory *m)
 {
@@ -71,7 +71,7 @@ void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscR
   }
 }
 
-/* Of a block and a number of parts that is known: its sums stay in registers */
+/* One block. The number of parts is a constant of the caller, so that the compiler holds the sums in registers. */
 static inline __attribute__((always_inline)) void NextBlock(PetscInt parts, PetscInt poles, const PetscReal b[],
                                                             const float *restrict e, const float *restrict z,
                                                             float sum[])
@@ -151,7 +151,7 @@ SLIP_VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[],
   }
 }
 
-/* Of slip that has gone on for ever; of k = 0 nothing is remembered. */
+/* Sets z to that of slip which has always been steady; the wavenumber k = 0 has no memory. */
 void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[])
 {
   for (PetscInt i = 0; i < m->stride; i += B)

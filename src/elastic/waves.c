@@ -1,16 +1,15 @@
 /*
-  The medium "waves": a plane, or an antiplane line, that radiates. With T the load, K the static stiffness, d slip less
-  loading and V its rate, friction is T - K d + m - eta V, eta = G/(2 cs), where the memory m is the stress of waves
-  under way: of each wavenumber k and mode (G k/2) int W(k cs t') V(t - t') dt' (Geubelle & Rice 1995). On planes
-  fields are band-limited, on lines slip is constant on cells, as in the static matrix: the stress at their centres has,
-  beside k, the wavenumbers 2 pi/dx -+ k, which look the same there, with amplitudes of +- (G/dx) sin(k dx/2). All
-  farther ones are in a factor of theirs by which steady slip meets no damping.
+  The medium "waves": a plane or an antiplane line from which elastic waves radiate. Where T is the load, K the static
+  stiffness, d slip less loading and V its rate, friction is T - K d + m - eta V, eta = G/(2 cs). The memory m is the
+  stress of waves under way: for each wavenumber k and mode (G k/2) int W(k cs t') V(t - t') dt' (Geubelle & Rice 1995).
+  On planes fields are band-limited. On lines slip is constant on cells, as in the static matrix: the stress at cell
+  centres has, besides k, the aliases 2 pi/dx -+ k, with amplitudes of +- (G/dx) sin(k dx/2). A factor of these stands
+  for all farther aliases; it is chosen so that steady slip has no damping.
 
-  W is a sum of decaying exponentials (wave_poles.c), so that a step of any length at constant rates is one product for
-  each of them: no history, no window.
-  While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows
-  from the step's start by going from its displacement to u at a constant rate. What is remembered goes on in its place:
-  steps have no parts, which would need it twice.
+  W is a sum of decaying exponentials (wave_poles.c), so that a step of any length at a constant rate takes one product
+  per exponential, without a history and without a time window. If a step is longer than the memory, m is eta V, and
+  nothing else is computed. The state (u, t) follows from the step's start by a constant rate up to u. A step overwrites
+  the memory; steps have no parts, which would need a copy of it.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipstate.h>
@@ -44,7 +43,7 @@ static PetscErrorCode TableOf(SlipWaves *w, PetscReal h, SlipWaveTable **table)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The spectrum of u, which is often that of the state asked about last. Collective. */
+/* Computes the spectrum of u, unless u is the displacement of the last call, which is often so. Collective. */
 static PetscErrorCode Transform(SlipWaves *w, Vec u)
 {
   PetscBool same = PETSC_FALSE;
@@ -72,7 +71,7 @@ static PetscErrorCode Transform(SlipWaves *w, Vec u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rate: of the way from the step's start to that of which `slip` is the spectrum, in h */
+/* Sets w->rate to the spectrum of the constant rate that leads from the step's start to w->slip in the time h. */
 SLIP_VECTOR static void SlipWavesRate(SlipWaves *w, PetscReal h)
 {
   const PetscReal inverse = 1 / h;
@@ -81,8 +80,8 @@ SLIP_VECTOR static void SlipWavesRate(SlipWaves *w, PetscReal h)
   for (size_t i = 0; i < n; i++) w->rate[i] = (w->slip[i] - w->past.slip[i]) * inverse;
 }
 
-/* w->m: the sum of all kernels, by their weights, of sums [kernels][parts][stride], and with table != NULL of what slip
-   adds on its way from the step's start in h */
+/* Sets w->m to the weighted sum over all kernels of sums [kernels][parts][stride], and with table != NULL also of what
+   slip at a constant rate adds from the step's start during h. */
 SLIP_VECTOR static void SlipWavesSum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table, PetscReal h)
 {
   const PetscInt stride = w->space->stride;
@@ -104,7 +103,7 @@ SLIP_VECTOR static void SlipWavesSum(SlipWaves *w, const PetscReal sums[], const
     }
 }
 
-/* w->next: the sums of all kernels h after the step's start, without slip; h > 0 */
+/* Sets w->next to the sums of all kernels at h > 0 after the step's start, without slip since then. */
 static void Next(SlipWaves *w, PetscReal h, const SlipWaveTable *table)
 {
   if (w->next_h == h) return;
@@ -113,7 +112,7 @@ static void Next(SlipWaves *w, PetscReal h, const SlipWaveTable *table)
   w->next_h = h;
 }
 
-/* w->m at the end of the way from the step's start to that of which `slip` is the spectrum, in h */
+/* Computes w->m at h after the step's start, for slip that goes at a constant rate to the state of spectrum w->slip. */
 static PetscErrorCode MemoryAfter(SlipWaves *w, PetscReal h)
 {
   SlipWaveTable *table;
@@ -138,7 +137,7 @@ static PetscErrorCode MemoryAfter(SlipWaves *w, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is slip on that way, or up to its start, known to be steady? */
+/* Returns whether slip counts as steady: h is longer than the memory, or h is 0 and slip was steady before. */
 static PetscBool IsSteady(const SlipWaves *w, PetscReal h)
 {
   return h >= w->longest || (!(h > 0) && w->past.steady) ? PETSC_TRUE : PETSC_FALSE;
@@ -146,7 +145,7 @@ static PetscBool IsSteady(const SlipWaves *w, PetscReal h)
 
 /* ---- the operations ---- */
 
-/* stress: of `slip`, with m */
+/* Sets w->stress to the spectrum of the stress of w->slip, with the memory w->m. */
 SLIP_VECTOR static void SlipWavesResist(SlipWaves *w)
 {
   for (PetscInt m = 0; m < w->space->modes; m++)
@@ -159,7 +158,7 @@ SLIP_VECTOR static void SlipWavesResist(SlipWaves *w)
     }
 }
 
-/* answer: of the displacement of which `slip` is the spectrum, at t */
+/* Sets w->answer to the stress, without damping, of the displacement whose spectrum is w->slip, at the time t. */
 static PetscErrorCode Answer(SlipElastic el, SlipWaves *w, PetscReal t)
 {
   SlipElasticPast past;
@@ -206,7 +205,7 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is remembered at the end of the way from the step's start to that of which `slip` is the spectrum, in h */
+/* Advances the memory by a step of h, in which slip goes at a constant rate to the state of spectrum w->slip. */
 static PetscErrorCode AddStep(SlipWaves *w, PetscReal h)
 {
   SlipWavePast *past = &w->past;
@@ -251,15 +250,15 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
     PetscCall(SlipElasticGetPast(el, from, &start));
     PetscCall(AddStep(w, t - start.t));
   }
-  last = w->past.slip; /* the next state has another spectrum */
+  last = w->past.slip; /* its array is reused for the next state's spectrum */
   w->past.slip = w->slip;
   w->slip = last;
-  w->known = PETSC_FALSE; /* nor what follows from it: Transform() */
+  w->known = PETSC_FALSE; /* Transform() then recomputes all that depends on the spectrum */
   PetscCall(SlipWaveImagesAdd(w->images, t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the fields of two spectra, over the waves of this process */
+/* Returns this process' part of the scalar product of the fields of two spectra. */
 SLIP_VECTOR static PetscReal SlipWavesProduct(const SlipWaves *w, const PetscReal x[], const PetscReal y[])
 {
   const PetscInt stride = w->space->stride;
@@ -273,8 +272,8 @@ SLIP_VECTOR static PetscReal SlipWavesProduct(const SlipWaves *w, const PetscRea
   return sum;
 }
 
-/* x.m of this process, of the displacement u at t and the field x: m what the waves under way add to the stress, the
-   delay of images included */
+/* Computes this process' part of x.m, for the displacement u at t and a field x. The memory m is the stress that waves
+   under way add, including the delayed stress of images. */
 static PetscErrorCode Work(SlipElastic el, PetscReal t, Vec u, Vec x, PetscReal *work)
 {
   SlipElasticPast past;
@@ -295,7 +294,7 @@ static PetscErrorCode Work(SlipElastic el, PetscReal t, Vec u, Vec x, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u.m/2: what is stored is u.K u/2, of the stress K u - m */
+/* Adds u.m/2: the medium stores u.K u/2 while its stress is K u - m. */
 static PetscErrorCode Energy_Waves(SlipElastic el, PetscReal t, Vec u, PetscReal *stored)
 {
   PetscReal work;
@@ -306,7 +305,7 @@ static PetscErrorCode Energy_Waves(SlipElastic el, PetscReal t, Vec u, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -v.m, which waves bring back of what the impedance takes */
+/* Subtracts v.m, the power that waves return of what the impedance takes. */
 static PetscErrorCode Power_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
 {
   PetscReal work;

@@ -1,4 +1,4 @@
-/* The medium "waves" before and after a run: which planes it is of, its kernels, and what it says of itself. */
+/* The set-up of the medium "waves": which grids it accepts, its kernels, its description, and how it is destroyed. */
 #define _GNU_SOURCE /* madvise() */
 #include <slipstep/private/slipwavespace.h>
 #include <stdlib.h>
@@ -6,11 +6,11 @@
 #include <sys/mman.h>
 #include <slipstep/private/slipwork.h>
 
-#define ALIASES 100 /* tolerance of wavenumbers that look like others, over that of these: smooth slip has hardly any */
-#define FORGOTTEN 40 /* exp(-40) is no part of a number */
+#define ALIASES 100  /* ratio of the tolerance of aliases to that of other wavenumbers: smooth slip has few aliases */
+#define FORGOTTEN 40 /* exp(-40) is below the rounding of a number */
 
-/* Zero, free with free(). What is passed through as a whole, at the speed of memory, lies in large pages where the
-   system has them: 6 % of the time of a rupture. */
+/* Allocates zeros, which free() frees. Large arrays lie in large pages where the system has them: the speed of memory
+   limits loops over whole arrays, and large pages save 6 % of the time of a rupture. */
 PetscErrorCode SlipWavesAllocate(size_t count, float **a)
 {
   const size_t large = (size_t)2 << 20, page = count * sizeof(float) < large ? 64 : large,
@@ -26,7 +26,7 @@ PetscErrorCode SlipWavesAllocate(size_t count, float **a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* z of steady slip, before a step that remembers some of it */
+/* Prepares z before a step that is shorter than the memory: allocates it, and sets it to steady slip where slip was. */
 PetscErrorCode SlipWavesBegin(SlipWaves *w)
 {
   SlipWavePast *past = &w->past;
@@ -41,7 +41,7 @@ PetscErrorCode SlipWavesBegin(SlipWaves *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a plane has to be for it */
+/* Checks that the medium "waves" supports the grid and the rock. */
 static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)el);
@@ -81,7 +81,7 @@ static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The slowest decay and the longest wave say after which time all is forgotten */
+/* Computes the length of the memory, after which the slowest exponential of the longest wave has decayed. */
 static PetscErrorCode Longest(SlipWaves *w)
 {
   PetscReal slowest = PETSC_MAX_REAL, k = PETSC_MAX_REAL;
@@ -96,7 +96,7 @@ static PetscErrorCode Longest(SlipWaves *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a plane mode II and mode III; of a line k, and 2 pi/dx -+ k, see above */
+/* Sets up the kernels: of a plane those of mode II and mode III, of a line those of k and of 2 pi/dx -+ k (waves.c). */
 static PetscErrorCode SetUpKernels(SlipWaves *w, PetscReal ratio, PetscReal tolerance)
 {
   const SlipWaveSpace s = w->space;
@@ -120,7 +120,7 @@ static PetscErrorCode SetUpKernels(SlipWaves *w, PetscReal ratio, PetscReal tole
 
     w->stiffness[i] = w->eta * w->cs * k * share;
     w->memory[0].weight[i] = share;
-    if (half == 0) { /* which has no others beside it */
+    if (half == 0) { /* k = 0 has no aliases */
       w->memory[1].weight[i] = w->memory[2].weight[i] = 0;
       continue;
     }
@@ -160,11 +160,10 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Waves of images thin at least as one over their distance: those of S waves beyond so many periods do not matter, next
-   to what the first ones do. */
+/* Periods beyond which S waves of images do not matter: they decay at least as one over their distance */
 #define FAR_PERIODS 10
 
-/* The first are P waves of a plane, of a line S waves, over the gap between the fault and its images. */
+/* Computes when waves of images arrive: the first are P waves (on lines S waves) across the gap to the next image. */
 PetscErrorCode SlipWavesImages(SlipElastic el, PetscReal *first, PetscReal *last)
 {
   SlipWaves *w;

@@ -1,7 +1,7 @@
 /*
-  Fields on a plane, or on a line, as wavenumbers. Both are padded, so that the fault and its periodic images are apart.
-  Of a line that reaches the ground the mirror belongs to the field: its spectrum is a cosine transform, and real.
-  Wavenumbers are spread over the ranks, and nothing but the transforms needs messages.
+  Fourier transforms of fields on a plane or on a line. Padding with zeros separates the fault from its periodic images.
+  For a line that reaches the free surface the field includes its mirror image: its spectrum is a real cosine transform.
+  Each rank has a part of the wavenumbers, and only the transforms need messages.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipelasticity.h>
@@ -70,11 +70,11 @@ static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Transforms of a field one way, along strike and in depth */
+/* Counts the floating-point operations of one transform of a field, along strike and in depth. */
 static PetscErrorCode Count(SlipWaveSpace s)
 {
   const PetscLogDouble P = (PetscLogDouble)s->length[0], Q = (PetscLogDouble)s->length[1];
-  const PetscLogDouble rows = s->pencil ? (PetscLogDouble)s->pencil->layout.rows : 0; /* of a line: none */
+  const PetscLogDouble rows = s->pencil ? (PetscLogDouble)s->pencil->layout.rows : 0; /* a line has none */
   const PetscLogDouble waves = s->pencil ? (PetscLogDouble)s->pencil->layout.columns : 0.5;
 
   PetscFunctionBegin;
@@ -116,7 +116,7 @@ static PetscErrorCode BackwardLine(SlipWaveSpace s, const PetscReal spectrum[])
 
 /* ---- planes ---- */
 
-/* Directions of wavenumbers of this process, [waves along strike][length down dip] */
+/* Computes the size and direction of this process' wavenumbers, [waves along strike][length down dip]. */
 static PetscErrorCode SetUpWaves(SlipWaveSpace s)
 {
   const PetscInt first = s->pencil->layout.column_start, nz = s->length[1];
@@ -135,15 +135,14 @@ static PetscErrorCode SetUpWaves(SlipWaveSpace s)
     s->ex[i] = k > 0 ? x / k : 1;
     s->ez[i] = k > 0 ? z / k : 0;
     if (2 * jx != s->length[0]) continue;
-    /* Of waves of two cells along strike x and -x are the same, so that a field stays real where its direction has no
-       sign. */
+    /* Waves of two cells along strike have x = -x: their direction must have no sign, so that fields stay real. */
     s->ex[i] = x >= PetscAbsReal(z) ? 1 : 0;
     s->ez[i] = 1 - s->ex[i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The period has the area of the fault times the square of padding, and images are equally far away on all sides */
+/* The period has the area of the fault times the square of padding, and images are equally far away on all sides. */
 static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
 {
   const PetscReal a = s->grid.size[0] * (PetscReal)s->grid.nx, b = s->grid.size[1] * (PetscReal)s->grid.nz;
@@ -173,7 +172,7 @@ static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rakes of the rows of cells that this process transforms */
+/* Sets the directions of slip in the rows of cells that this process transforms, from the rakes of cells. */
 static PetscErrorCode SetUpSlip(SlipWaveSpace s, const PetscReal rake[], Vec like)
 {
   const PetscReal *a;
@@ -195,14 +194,14 @@ static PetscErrorCode SetUpSlip(SlipWaveSpace s, const PetscReal rake[], Vec lik
 
     SlipDegrees(a[i], &sine, &cosine);
     s->ux[i] = cosine;
-    s->uz[i] = -sine; /* rows go down the dip, and rakes up */
+    s->uz[i] = -sine; /* rows count down dip, and rakes up dip */
   }
   PetscCall(SlipGatherRestore(&s->gather, angle, &a));
   PetscCall(VecDestroy(&angle));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A field of one direction, in real[c], to column[c] */
+/* Transforms the field of direction c from real[c] to column[c]. */
 static PetscErrorCode ForwardOne(SlipWaveSpace s, int c)
 {
   const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
@@ -252,7 +251,7 @@ static PetscErrorCode ForwardPlane(SlipWaveSpace s, const PetscReal u[], PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* To real[] */
+/* Transforms a spectrum to the fields real[]. */
 static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
 {
   const PetscInt stride = s->stride;
@@ -272,7 +271,7 @@ static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
 
 /* ---- both ---- */
 
-/* K: that of the cells, for the distribution of vectors. Collective. */
+/* Creates the space. K is the stiffness, whose vectors it transforms. Collective. */
 PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, SlipWaveSpace *space)
 {
   SlipWaveSpace s;

@@ -1,8 +1,8 @@
-/* The medium "waves" in checkpoints: what each wavenumber remembers, by whichever process. */
+/* Checkpoints of the medium "waves": the memory of each wavenumber, for any number of processes. */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipstate.h>
 
-/* What a wavenumber has in a checkpoint, by whichever process: `now`, `slip`, `next`, and all z */
+/* Count of the numbers that a checkpoint has for a wavenumber: `now`, `slip`, `next`, and all z */
 static PetscInt PerWave(const SlipWaves *w)
 {
   PetscInt numbers = (w->space->modes + 2 * w->kernels) * w->space->parts;
@@ -20,7 +20,7 @@ static void Move(PetscBool loading, PetscReal *number, PetscReal **x)
   (*x)++;
 }
 
-/* Those of wavenumber i, to x or from it */
+/* Copies these numbers of wavenumber i to x, or from x while a checkpoint is loaded. */
 static void Exchange(SlipWaves *w, PetscInt i, PetscBool loading, PetscReal *x)
 {
   const SlipWaveSpace s = w->space;
@@ -60,7 +60,7 @@ PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state)
   PetscCall(SlipStateReal(state, "next_step", 1, &w->next_h));
   PetscCall(SlipStateBool(state, "steady", &w->past.steady));
   steady = w->past.steady;
-  PetscCall(SlipWavesBegin(w)); /* steady slip is written as what it leaves, too */
+  PetscCall(SlipWavesBegin(w)); /* a checkpoint has z also where slip is steady */
   w->past.steady = steady;
   PetscCall(VecCreateMPI(w->space->comm, per * w->space->n, PETSC_DETERMINE, &x));
   PetscCall(VecGetArray(x, &a));

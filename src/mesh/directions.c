@@ -1,4 +1,4 @@
-/* What every kind of mesh asks for: the directions of a cell, and numbers of all cells on every process. */
+/* Functions for every kind of mesh: the directions of a cell, and gathering numbers of all cells on every process. */
 #include <slipstep/private/slipmesh.h>
 
 void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell)
@@ -13,8 +13,8 @@ void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cel
   }
 }
 
-/* Numbers of this process' cells, local [n], as those of all cells, on every process, in the order of the grid or of
-   the mesh's file. Collective. */
+/* Gathers the numbers local [n] of all processes' cells on every process, in the order of the grid or of the mesh's
+   file. Collective. */
 PetscErrorCode SlipFaultGatherAll(const SlipFaultMesh *mesh, const PetscReal local[], PetscReal all[])
 {
   PetscMPIInt size, rank, *count, *start;

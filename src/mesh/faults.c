@@ -1,12 +1,12 @@
-/* The faults of a mesh: labels in ascending order, and which of them each cell is of. Outputs and catalogues have a
-   number for each in this order. */
+/* The faults of a mesh: their labels in ascending order, and the fault of each cell. Outputs and catalogues have one
+   number per fault in this order. */
 #include <slipstep/private/slipmesh.h>
 #include <stdlib.h>
 
-/* Without labels each plane is a fault, but more planes than this are the parts of one that bends: columns of an
-   output for each of its cells would be of no use. */
+/* Without labels each plane is a fault. More planes than this are parts of one fault that bends, because an output
+   would otherwise have a useless column for each of its cells. */
 #define MESH_MOST_PLANES 21
-/* Their labels are an attribute, for which HDF5 has 64 kB. */
+/* Labels are stored as an attribute, which HDF5 limits to 64 kB */
 #define MESH_MOST_FAULTS 4096
 
 static int Compare(const void *a, const void *b)
@@ -16,7 +16,7 @@ static int Compare(const void *a, const void *b)
   return p < q ? -1 : p > q;
 }
 
-/* Position of a label among all; it is there */
+/* Returns the position of a label, which exists, among all labels. */
 static PetscInt Find(const SlipFaultMesh *mesh, PetscInt label)
 {
   const PetscInt *found = bsearch(&label, mesh->labels, (size_t)mesh->faults, sizeof(label), Compare);
@@ -24,7 +24,7 @@ static PetscInt Find(const SlipFaultMesh *mesh, PetscInt label)
   return (PetscInt)(found - mesh->labels);
 }
 
-/* mesh->label of a list without /fault, faults, labels and fault. Collective. */
+/* Sets faults, labels and fault of a mesh, and mesh->label if a list has no /fault. Collective. */
 PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o)
 {
   PetscFunctionBegin;

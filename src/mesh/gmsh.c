@@ -1,10 +1,10 @@
 /*
-  The file of -fault_mesh, of Gmsh 2.2 or 4.1, as text or in bytes: triangles, or quadrilaterals, of physical surfaces,
-  which are faults.
+  Reads the file of -fault_mesh in the formats 2.2 and 4.1 of Gmsh, text or binary: triangles or quadrilaterals of
+  physical surfaces, which are faults.
 
-  DMPlexCreateFromFile() reads such files too. It takes the elements of the highest dimension, so that faults in a
-  meshed volume would have to be found again by labels, numbers elements and nodes anew, so that messages could not name
-  those of the file, and goes beyond its arrays where a damaged file names a node that is not there.
+  DMPlexCreateFromFile() reads such files too. But it takes the elements of the highest dimension, so that faults in a
+  meshed volume would have to be found by labels; it renumbers elements and nodes, so that messages could not name those
+  of the file; and it accesses memory beyond its arrays where a damaged file names a node that does not exist.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipgmsh.h>
@@ -12,8 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Kinds of elements, by their number in files: how many nodes they have, and their dimension; 0 nodes: none has this
-   number */
+/* Kinds of elements by their number in files: number of nodes, and dimension; 0 nodes: no kind has this number */
 static const struct {
   PetscInt nodes, dim;
 } Elements[] = {{0, 0},  {2, 1},  {3, 2},  {4, 2},  {4, 3}, {8, 3}, {6, 3},  {5, 3},  {3, 1},  {6, 2}, {9, 2},
@@ -23,23 +22,23 @@ enum { GMSH_TRIANGLE = 2, GMSH_QUADRILATERAL = 3, GMSH_KINDS = PETSC_STATIC_ARRA
 
 typedef struct {
   PetscInt64 tag;
-  PetscInt where; /* of a node its place, of a surface its physical group */
-  PetscInt other; /* of a surface a second group, or 0 */
+  PetscInt where; /* place of a node, or physical group of a surface */
+  PetscInt other; /* second group of a surface, or 0 */
 } Tagged;
 
 typedef struct {
   PetscInt64 tag, node[4];
-  PetscInt sides, physical; /* 0: of no group */
+  PetscInt sides, physical; /* number of sides, physical group; 0: none */
 } Facet;
 
 typedef struct {
   SlipGmsh g;
-  PetscBool four; /* version 4.1, else 2.2 */
+  PetscBool four; /* version 4.1; otherwise 2.2 */
   PetscInt nnodes, nsurfaces, nfacets, room;
   PetscReal *x;           /* [nnodes][3] */
-  Tagged *node, *surface; /* by tags, ascending */
+  Tagged *node, *surface; /* in the order of ascending tags */
   Facet *facet;
-  PetscInt volumes; /* elements */
+  PetscInt volumes; /* number of volume elements */
   PetscBool nodes, elements, physical;
   char *names;
 } Gmsh;
@@ -100,7 +99,7 @@ static PetscErrorCode ReadFormat(Gmsh *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Text in every file: dimension, tag and name of each group; those of surfaces are kept. */
+/* Reads dimension, tag and name of each group, which are text in every file, and stores those of surfaces. */
 static PetscErrorCode ReadNames(Gmsh *f)
 {
   SlipGmsh *g = &f->g;
@@ -126,8 +125,8 @@ static PetscErrorCode ReadNames(Gmsh *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of 4.1: points, curves, surfaces and volumes of the model, with boxes, physical groups and bounds; the groups of
-   surfaces are kept. */
+/* Reads the points, curves, surfaces and volumes of the model with boxes, physical groups and bounds (version 4.1), and
+   stores the groups of surfaces. */
 static PetscErrorCode ReadEntities(Gmsh *f)
 {
   SlipGmsh *g = &f->g;
@@ -151,7 +150,7 @@ static PetscErrorCode ReadEntities(Gmsh *f)
       PetscCall(SlipGmshFits(g, groups, g->binary ? sizeof(int) : 2, "groups"));
       for (PetscInt64 k = 0; k < groups; k++) {
         PetscCall(SlipGmshInts(g, 1, sizeof(int), &group));
-        if (group < 0) group = -group; /* of the other sense of the surface */
+        if (group < 0) group = -group; /* a negative group is of the reversed surface */
         if (k < 2) physical[k] = (PetscInt)group;
       }
       if (dim) PetscCall(SlipGmshInts(g, 1, 8, &bounds));
@@ -178,7 +177,7 @@ static PetscErrorCode NodesCreate(Gmsh *f, PetscInt64 n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All of them in a line of tags and one of coordinates for each block of 4.1, beside each other in 2.2 */
+/* Reads all nodes. Tags and coordinates are separate in each block of 4.1, and beside each other in 2.2. */
 static PetscErrorCode ReadNodes(Gmsh *f)
 {
   SlipGmsh *g = &f->g;
@@ -240,7 +239,7 @@ static PetscErrorCode ReadNodes(Gmsh *f)
 
 /* ---- elements ---- */
 
-/* Those of surfaces are kept; the others are the rest of a model. */
+/* Stores an element if it is of a surface; others are of the rest of the model. */
 static PetscErrorCode Add(Gmsh *f, PetscInt64 kind, PetscInt64 tag, PetscInt64 physical, const PetscInt64 node[])
 {
   PetscFunctionBegin;
@@ -278,8 +277,8 @@ static PetscErrorCode CheckKind(const Gmsh *f, PetscInt64 kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 2.2: of each element its number, kind, tags, of which the first is the physical group, and nodes; in bytes kind and
-   number of tags stand before many elements. */
+/* Reads the elements of 2.2. Each has a number, a kind, tags, the first of which is the physical group, and nodes; in
+   binary files kind and number of tags precede many elements. */
 static PetscErrorCode ReadElementsOld(Gmsh *f)
 {
   SlipGmsh *g = &f->g;
@@ -317,7 +316,7 @@ static PetscErrorCode ReadElementsOld(Gmsh *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Number and name of a physical group, as the file has them */
+/* Returns number and name of a physical group as in the file. */
 static const char *GroupOf(const Gmsh *f, PetscInt group, char text[], size_t len)
 {
   char key[32];
@@ -344,7 +343,7 @@ static PetscErrorCode FailOfGroups(const Gmsh *f, const char what[], PetscInt64 
        what, (long long)tag, GroupOf(f, one, name[0], sizeof(name[0])), GroupOf(f, other, name[1], sizeof(name[1])));
 }
 
-/* 4.1: blocks of one kind on one entity of the model, which has the physical groups */
+/* Reads the elements of 4.1: blocks of one kind on one entity of the model, which has the physical groups. */
 static PetscErrorCode ReadElements(Gmsh *f)
 {
   SlipGmsh *g = &f->g;
@@ -429,7 +428,7 @@ static int CompareSorted(const void *a, const void *b)
   return p->facet->tag < q->facet->tag ? -1 : p->facet->tag > q->facet->tag;
 }
 
-/* 2.2 has the elements of a surface once for each of its physical groups. */
+/* Refuses a surface of several physical groups, whose elements 2.2 repeats for each group. */
 static PetscErrorCode CheckGroups(const Gmsh *f)
 {
   Sorted *all;
@@ -460,7 +459,7 @@ static PetscErrorCode CheckGroups(const Gmsh *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Facets of physical surfaces, or all where there are none, as a mesh */
+/* Makes a mesh of the facets of physical surfaces, or of all facets where there are none. */
 static PetscErrorCode TakeFacets(const Gmsh *f, SlipFaultMeshFile *m)
 {
   PetscFunctionBegin;

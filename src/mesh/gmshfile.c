@@ -1,4 +1,4 @@
-/* A .msh file of Gmsh in memory: sections and numbers. */
+/* Reads sections and numbers of a .msh file of Gmsh in memory. */
 #include <slipstep/private/slipgmsh.h>
 #include <slipcompat.h>
 #include <errno.h>
@@ -90,7 +90,7 @@ PetscErrorCode SlipGmshEnd(SlipGmsh *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sections that are skipped may hold any bytes. */
+/* Skips a section, which may contain any bytes. */
 PetscErrorCode SlipGmshSkip(SlipGmsh *g)
 {
   char word[80];
@@ -118,7 +118,7 @@ static PetscErrorCode Bytes(SlipGmsh *g, size_t bytes, void *number)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After a number of text: end is behind it */
+/* Moves behind a number in text; end is the position after it. */
 static PetscErrorCode Taken(SlipGmsh *g, const char *end, const char what[])
 {
   const size_t to = (size_t)(end - g->text);
@@ -206,7 +206,7 @@ PetscErrorCode SlipGmshQuoted(SlipGmsh *g, char text[], size_t len)
   if (!end) Fail("%s: %s: expected a name in quotation marks", g->source, SlipGmshPlace(g, place, sizeof(place)));
   (void)snprintf(text, len, "%.*s", (int)PetscMin((size_t)(end - begin - 1), len - 1), begin + 1);
   for (char *c = text; *c; c++)
-    if ((unsigned char)*c < ' ' || *c == ';') *c = ' '; /* which would end a line, or a name among others */
+    if ((unsigned char)*c < ' ' || *c == ';') *c = ' '; /* these would end a line or a name */
   g->at = (size_t)(end + 1 - g->text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

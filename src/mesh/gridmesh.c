@@ -1,5 +1,5 @@
-/* A mesh of the kind "grid": nx times nz equal cells of one plane; row iz nx + ix. Its upper edge begins at x = y =
-   0. */
+/* A mesh of the kind "grid": nx times nz equal cells of one plane, in rows iz nx + ix. Its upper edge begins at
+   x = y = 0. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
@@ -35,7 +35,7 @@ static PetscErrorCode Create_Grid(SlipFaultMesh *mesh, const SlipFaultMeshOption
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* along: cells along strike from the corner, down: along dip */
+/* Computes a point that is `along` cells along strike and `down` cells along dip from the corner. */
 static void Point(const SlipFaultMesh *mesh, PetscReal along, PetscReal down, PetscReal at[3])
 {
   const PetscReal *const e = mesh->extent;
@@ -77,7 +77,7 @@ static PetscErrorCode Stiffness_Dipping(const SlipFaultMesh *mesh, const SlipFau
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of cells in hierarchical storage, else of the grid */
+/* Creates the stiffness: from cells for hierarchical storage, otherwise from the grid. */
 static PetscErrorCode Stiffness_Grid(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, Mat *K, Mat *Kn)
 {
   SlipGrid grid = {.kernel = s->kernel,
@@ -99,7 +99,7 @@ static PetscErrorCode Stiffness_Grid(const SlipFaultMesh *mesh, const SlipFaultS
     SlipCells cells;
 
     PetscCall(SlipFaultCellsCreate(&s->kernel, mesh->N, 5, &cells, column));
-    for (PetscInt e = 0; e < mesh->N; e++) { /* x along the strike, as this kernel has it */
+    for (PetscInt e = 0; e < mesh->N; e++) { /* this kernel's x is along the strike */
       const PetscReal value[5] = {((PetscReal)(e % grid.nx) + 0.5) * grid.length_x / grid.nx, 0,
                                   grid.depth_top + ((PetscReal)(e / grid.nx) + 0.5) * grid.length_z / grid.nz,
                                   grid.length_x / grid.nx, grid.length_z / grid.nz};
@@ -114,7 +114,7 @@ static PetscErrorCode Stiffness_Grid(const SlipFaultMesh *mesh, const SlipFaultS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The two axes: along the strike, and down the dip with the depths there */
+/* Writes the two axes: along the strike, and down the dip with the depths there. */
 static PetscErrorCode Write_Grid(const SlipFaultMesh *mesh, SlipH5 *h)
 {
   const PetscInt nz = mesh->dims[0], nx = mesh->dims[1];
@@ -141,7 +141,7 @@ static PetscErrorCode Write_Grid(const SlipFaultMesh *mesh, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells share corners, so that fields can be drawn smoothly. */
+/* Lists corners, which cells share, so that fields can be drawn smoothly. */
 static PetscErrorCode Corners_Grid(const SlipFaultMesh *mesh, PetscReal points[], PetscInt corners[])
 {
   const PetscInt nz = mesh->dims[0], nx = mesh->dims[1];
@@ -164,7 +164,7 @@ static PetscErrorCode Corners_Grid(const SlipFaultMesh *mesh, PetscReal points[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The parameters say it all. */
+/* Returns no digest, because the parameters determine the mesh. */
 static PetscErrorCode Digest_Grid(const SlipFaultMesh *mesh, char text[], size_t len)
 {
   PetscFunctionBegin;

@@ -1,12 +1,12 @@
-/* A mesh of the kind "list": rectangular cells of planes of any strike and dip, in any order, from -fault_mesh. */
+/* A mesh of the kind "list": rectangular cells of planes with any strike and dip, in any order, from -fault_mesh. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <inttypes.h>
 #include <stdio.h>
 
-/* n cells without numbers, which go into the columns x, y, z, length, width and, of seven, strike and dip; cells->x
-   owns the memory of all. */
+/* Allocates n cells, whose columns are x, y, z, length, width and, if there are seven, strike and dip; cells->x owns
+   the memory of all. */
 PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscInt columns, SlipCells *cells,
                                     PetscReal *column[])
 {
@@ -24,8 +24,8 @@ PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What of the directions is not as in the list of five columns: without strikes and dips it is that list, to the
-   bit. */
+/* Sets mesh->dips. If all cells are vertical and strike north, the list becomes one of five columns, with bitwise the
+   same results. */
 static void Directions(SlipFaultMesh *mesh)
 {
   SlipCells *c = &mesh->cells;
@@ -42,7 +42,7 @@ static void Directions(SlipFaultMesh *mesh)
   if (vertical && north) c->strike = c->dip = NULL;
 }
 
-/* Strike and dip of the whole: those of all cells, or their means over the area */
+/* Computes strike and dip of the whole: those of all cells if they are equal, else their means over the area. */
 void SlipFaultCellsDirection(const SlipCells *c, PetscReal *strike, PetscReal *dip)
 {
   PetscReal sum[2] = {0, 0}, area = 0, dips = 0;
@@ -63,14 +63,14 @@ void SlipFaultCellsDirection(const SlipCells *c, PetscReal *strike, PetscReal *d
     one[0] = one[0] && c->strike[i] == c->strike[0] ? PETSC_TRUE : PETSC_FALSE;
     one[1] = one[1] && c->dip[i] == c->dip[0] ? PETSC_TRUE : PETSC_FALSE;
   }
-  /* strikes that cancel, as of a vertical plane that is called 0 here and 180 there, have no mean */
+  /* strikes that cancel have no mean, such as those of a vertical plane with 0 in some rows and 180 in others */
   *strike = one[0] || PetscHypotReal(sum[0], sum[1]) < 1e-3 * area ? c->strike[0]
                                                                    : PetscAtan2Real(sum[1], sum[0]) * 180 / PETSC_PI;
   *dip = one[1] ? c->dip[0] : dips / area;
 }
 
-/* The extents of all cells along the strike of the whole and in depth, the latter as a plane of its dip has it; as
-   parameters of a grid, a list counts as one row of n cells. */
+/* Computes the extents of all cells along the strike of the whole and down its dip. In the parameters of a grid, a list
+   counts as one row of n cells. */
 static void Extents_List(SlipFaultMesh *mesh)
 {
   const SlipCells *c = &mesh->cells;
@@ -107,7 +107,7 @@ static void Extents_List(SlipFaultMesh *mesh)
   mesh->extent[MESH_DIP] = dip;
 }
 
-/* What rank 0 has read, on every rank: columns, and labels, unless the file names no faults */
+/* Broadcasts what rank 0 has read: columns, and labels if the file names faults. */
 static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipKernel *kernel, const SlipFaultMeshFile *m)
 {
   PetscReal *column[MESH_COLUMNS];
@@ -118,7 +118,7 @@ static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipKernel *kernel, const 
   PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
   PetscCallMPI(MPI_Bcast(sizes, 3, MPIU_INT, 0, mesh->comm));
   PetscCall(SlipFaultCellsCreate(kernel, sizes[0], sizes[1], &mesh->cells, column));
-  mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* what is wrong with another one is said later, by its option */
+  mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* the option's own check refuses others later */
   for (PetscInt k = 0; k < sizes[1]; k++) {
     for (PetscInt i = 0; !rank && i < m->n; i++) column[k][i] = m->rows[(size_t)i * m->columns + k];
     PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)sizes[0], MPIU_REAL, 0, mesh->comm));
@@ -130,7 +130,7 @@ static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipKernel *kernel, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Who owns which cells, and what a mean one is */
+/* Distributes the cells over processes and computes the mean cell. */
 PetscErrorCode SlipFaultCellsShare(SlipFaultMesh *mesh, const char type[])
 {
   PetscFunctionBegin;
@@ -152,7 +152,7 @@ static PetscErrorCode Create_List(SlipFaultMesh *mesh, const SlipFaultMeshOption
   PetscFunctionBegin;
   PetscCall(Take(mesh, &o->rectangles, file));
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", o->file, o->prefix));
-  mesh->cells.number = file->number; /* of the file, on the process that speaks */
+  mesh->cells.number = file->number; /* numbers of the file, on the rank that prints errors */
   PetscCall(SlipCellsCheck(mesh->comm, &mesh->cells, source));
   mesh->cells.number = NULL;
   Directions(mesh);
@@ -175,8 +175,8 @@ static void Cell_List(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
   if (c->dip) SlipFaultCellDirections(c->strike[row], c->dip[row], cell);
 }
 
-/* data [2 n]: what the kernel needs besides the file's columns, or in their place. That of vertical planes of one
-   strike has x along it; the other one has the rakes. */
+/* Prepares the kernel's cells. data [2 n] has what the kernel needs besides the file's columns or instead of them: x
+   along the strike for vertical planes of one strike, the rakes for all others. */
 static PetscErrorCode KernelCells(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, SlipCells *cells,
                                   PetscReal data[])
 {
@@ -241,10 +241,10 @@ PetscErrorCode SlipFaultCellsWrite(const SlipFaultMesh *mesh, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells need not meet at corners: none is shared. */
+/* Lists corners, which cells do not share because they need not meet there. */
 static PetscErrorCode Corners_List(const SlipFaultMesh *mesh, PetscReal points[], PetscInt corners[])
 {
-  static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* of size[] */
+  static const PetscReal side[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}; /* relative to size[] */
 
   PetscFunctionBegin;
   for (PetscInt e = 0; e < 4 * mesh->N; e++) {

@@ -1,9 +1,9 @@
-/* The mesh of a fault: the choice of its kind, its distribution, and the weights of its cells. */
+/* The mesh of a fault: this file chooses its kind, distributes it, and computes the weights of its cells. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipmatcells.h>
 #include <string.h>
 
-/* Rank 0 has what the file holds, and all know what kind of cells. */
+/* Reads the file on rank 0, and broadcasts the kind of its cells. */
 static PetscErrorCode ReadFile(const SlipFaultMeshOptions *o, SlipFaultMeshFile *file)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -66,7 +66,7 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For gathering vectors like x, one or more numbers for each cell, on rank 0 by rows. */
+/* Creates the scatter of vectors like x, with one or more numbers per cell, to rank 0 in the order of rows. */
 PetscErrorCode SlipFaultGatherCreate(const SlipFaultMesh *mesh, Vec x, VecScatter *scatter, Vec *x0)
 {
   PetscMPIInt rank;

@@ -1,21 +1,21 @@
 /*
-  Which side of a surface of triangles is the hanging wall: normals agree across every edge that two triangles of one
-  fault share, so that a surface which goes through the vertical keeps its hanging wall, and the surface as a whole,
-  weighted by area, looks upward. Edges at which three or more triangles meet are where faults branch: each of the
-  surfaces there is one of its own.
+  Chooses which side of a surface of triangles is the hanging wall. Normals agree across every edge that two triangles
+  of one fault share, so that a surface which passes through the vertical has one hanging wall, and the mean normal of
+  the surface, weighted by area, points upward. At edges of three or more triangles faults branch: each of the surfaces
+  there is oriented by itself.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <stdlib.h>
 
-/* Two triangles at one edge with less between them [deg] are one folded back on itself: their centres would be a
-   hundredth of their size from each other, and their rows of K nearly the same. */
+/* Smallest angle between two triangles at an edge [deg]. Below it the surface is folded back on itself: centres would
+   be a hundredth of a cell from each other, and the rows of K nearly equal. */
 #define FOLD 1.0
-/* Without labels each connected piece is a fault; more are the parts of one, as of files whose triangles share no
-   vertices. */
+/* Without labels each connected piece is a fault. More pieces than this are parts of one fault, as in files whose
+   triangles share no vertices. */
 #define MOST_PIECES 21
-/* Surfaces that are vertical on the whole, or strike north, to this angle [rad] count as such in the choice of the
-   hanging wall: coordinates in single precision leave less. */
+/* A surface whose mean is vertical, or strikes north, within this angle [rad] counts as such in the choice of the
+   hanging wall: the error of coordinates in single precision is smaller. */
 #define VERTICAL 1e-3
 
 typedef struct {
@@ -60,7 +60,7 @@ static PetscErrorCode EdgesCreate(const SlipFaultMeshFile *m, Edge **edge)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One past the last that lies on edge k */
+/* Returns one past the last triangle at edge k. */
 static PetscInt End(const SlipFaultMeshFile *m, const Edge edge[], PetscInt k)
 {
   PetscInt end = k;
@@ -71,7 +71,7 @@ static PetscInt End(const SlipFaultMeshFile *m, const Edge edge[], PetscInt k)
 
 /* ---- folds ---- */
 
-/* Unit vector in the triangle, across the edge to its third vertex */
+/* Computes the unit vector in the triangle across the edge towards its third vertex. */
 static void Inward(const SlipFaultMeshFile *m, const Edge *e, PetscReal u[3])
 {
   const PetscInt *c = m->corner + 3 * (size_t)e->triangle;
@@ -117,7 +117,7 @@ static PetscErrorCode CheckFolds(const char source[], const SlipFaultMeshFile *m
 
 /* ---- surfaces ---- */
 
-/* Across side k of triangle i, [3 n]: the other triangle, or -1, and whether both go around in one sense */
+/* The triangle across side k of triangle i, [3 n], or -1, and whether the vertices of both go around in one sense */
 typedef struct {
   PetscInt triangle;
   PetscBool same;
@@ -148,7 +148,7 @@ static PetscErrorCode AcrossCreate(const SlipFaultMeshFile *m, const Edge edge[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Twice the area times the normal around which the vertices go */
+/* Computes twice the area times the normal around which the vertices go. */
 static void Normal(const SlipFaultMeshFile *m, PetscInt i, PetscReal normal[3])
 {
   const PetscInt *c = m->corner + 3 * (size_t)i;
@@ -169,8 +169,8 @@ static void Turn(SlipFaultMeshFile *m, PetscInt i)
   c[2] = second;
 }
 
-/* The triangles of a surface from queue[0] on, turned as the first one is; *n of them, and the sum of their normals.
-   turned [all]: -1 of those that are in no surface yet */
+/* Finds the *n triangles of the surface of queue[0], turns them as the first one, and adds up their normals. turned
+   [all]: -1 for triangles that are in no surface yet */
 static PetscErrorCode Spread(const char source[], const SlipFaultMeshFile *m, const Across across[], PetscInt turned[],
                              PetscInt queue[], PetscInt *n, PetscReal sum[4])
 {
@@ -204,7 +204,7 @@ static PetscErrorCode Spread(const char source[], const SlipFaultMeshFile *m, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Corners around the normals into the hanging walls */
+/* Orders corners so that they go around the normals into the hanging walls. */
 static PetscErrorCode Orient(const char source[], SlipFaultMeshFile *m, const Across across[])
 {
   PetscInt *turned, *queue;
@@ -219,8 +219,7 @@ static PetscErrorCode Orient(const char source[], SlipFaultMeshFile *m, const Ac
     if (turned[first] >= 0) continue;
     queue[0] = first;
     PetscCall(Spread(source, m, across, turned, queue, &n, sum));
-    /* of a surface that closes around the vertical, as a ring of dikes does, nothing is left: its first triangle says
-       it */
+    /* the sum is 0 for a surface around the vertical, such as a ring of dikes: its first triangle decides */
     if (PetscSqrtReal(Dot(sum, sum)) < 1e-9 * sum[3]) Normal(m, first, sum);
     for (int k = 0; k < 3; k++) normal[k] = sum[k] / PetscSqrtReal(Dot(sum, sum));
     if (PetscAbsReal(normal[2]) < VERTICAL) normal[2] = 0;
@@ -241,7 +240,7 @@ static PetscInt Root(PetscInt of[], PetscInt i)
   return i;
 }
 
-/* label: of the pieces that edges connect, in the order of the file; all of one fault where there are many */
+/* Labels the pieces that edges connect, in the order of the file; if there are many, all are one fault. */
 static PetscErrorCode LabelPieces(SlipFaultMeshFile *m, const Edge edge[])
 {
   PetscInt *of, pieces = 0;

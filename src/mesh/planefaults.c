@@ -1,10 +1,9 @@
-/* Which cells of a list are on one plane: their strikes, dips and the distances of their planes from the origin agree
-   to rounding. Planes are numbered as they come. */
+/* Finds which cells of a list are on one plane: their strikes, dips and the distances of their planes from the origin
+   agree up to rounding. Planes are numbered in the order of the cells. */
 #include <slipstep/private/slipmesh.h>
 #include <stdlib.h>
 
-/* What of an angle, as a share of the circle, and of a distance, as one of the coordinates, is rounding: a thousand
-   times less than by what cells may overlap. */
+/* Rounding of an angle over the circle, and of a distance over the coordinates: 1/1000 of cells' allowed overlap */
 #define PLANE_ROUNDING 1e-9
 
 static int Compare(const void *a, const void *b)
@@ -16,7 +15,7 @@ static int Compare(const void *a, const void *b)
   return p->cell < q->cell ? -1 : p->cell > q->cell;
 }
 
-/* Cuts the groups where sorted keys differ by more than rounding */
+/* Splits the groups where sorted keys differ by more than rounding. */
 void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding)
 {
   PetscInt group = 0, last = 0;
@@ -31,7 +30,7 @@ void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding)
   }
 }
 
-/* In [0, 360), where 360 less rounding is 0 */
+/* Returns a strike in [0, 360), where 360 less rounding becomes 0. */
 static PetscReal Turn(PetscReal strike)
 {
   const PetscReal turn = strike - 360 * PetscFloorReal(strike / 360);
@@ -39,7 +38,7 @@ static PetscReal Turn(PetscReal strike)
   return turn > 360 * (1 - PLANE_ROUNDING) ? 0 : turn;
 }
 
-/* mesh->plane and how many there are */
+/* Sets mesh->plane and the number of planes. */
 PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
 {
   const SlipCells *c = &mesh->cells;

@@ -1,5 +1,5 @@
-/* The file of -fault_mesh, of HDF5: /cells, a row for each rectangle, or /vertices and /triangles, and /fault, which
-   names the fault of each. */
+/* Reads the HDF5 file of -fault_mesh: /cells, a row per rectangle, or /vertices and /triangles, and /fault, the number
+   of the fault of each cell. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <math.h>
@@ -13,11 +13,11 @@
 #define MESH_VERTICES "/vertices"
 #define MESH_TRIANGLES "/triangles"
 
-/* What the options say of numbers in the file */
+/* Axes and unit of the numbers in the file, from options */
 typedef struct {
-  PetscBool framed, east, up; /* the axes are said; the first is east, the last upward */
-  PetscReal unit;             /* [m] */
-  PetscBool known;            /* said by an option */
+  PetscBool framed, east, up; /* an option gives the axes; the first is east; the last is upward */
+  PetscReal unit;             /* unit [m] */
+  PetscBool known;            /* an option gives the unit */
 } Ways;
 
 static PetscErrorCode WaysOf(const char frame[], const char unit[], Ways *w)
@@ -31,7 +31,7 @@ static PetscErrorCode WaysOf(const char frame[], const char unit[], Ways *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Can rows be metres and degrees? What no stiffness can be computed for is refused by SlipCellsCheck(). */
+/* Checks that rows can be metres and degrees. SlipCellsCheck() refuses cells for which no stiffness can be computed. */
 static PetscErrorCode CheckRows(const char source[], const SlipFaultMeshFile *m)
 {
   static const char *const name[MESH_COLUMNS] = {"x", "y", "z", "length", "width", "strike", "dip"};
@@ -50,7 +50,7 @@ static PetscErrorCode CheckRows(const char source[], const SlipFaultMeshFile *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vertices as the file has them to metres north, east and down, and whether they can be that */
+/* Converts the file's vertices to metres north, east and down, and checks that they can be that. */
 static PetscErrorCode TakeVertices(const char source[], const Ways *ways, PetscBool gmsh, SlipFaultMeshFile *m)
 {
   static const char *const name[] = {"x", "y", "z"};
@@ -79,7 +79,7 @@ static PetscErrorCode TakeVertices(const char source[], const Ways *ways, PetscB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Its shape, which says what its columns are, and the attributes */
+/* Reads /cells and its attributes; the shape determines what the columns are. */
 static PetscErrorCode ReadCells(SlipH5 *h, SlipFaultMeshFile *m)
 {
   const char *names;
@@ -111,7 +111,7 @@ static PetscErrorCode ReadCells(SlipH5 *h, SlipFaultMeshFile *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers that are whole and have a limit */
+/* Reads integers that have a limit. */
 static PetscErrorCode ReadWhole(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt want[], const char shape[],
                                 const char what[], PetscInt dims[], PetscInt **whole)
 {
@@ -199,7 +199,7 @@ static PetscErrorCode ReadHDF5(const SlipFaultMeshOptions *o, SlipFaultMeshFile 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is it a file of Gmsh, by its first words or its name? */
+/* Finds out from its first words or its name whether it is a file of Gmsh. */
 static PetscErrorCode IsGmsh(const char name[], PetscBool *gmsh)
 {
   static const char begin[] = "$MeshFormat";
@@ -216,7 +216,7 @@ static PetscErrorCode IsGmsh(const char name[], PetscBool *gmsh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Files of other kinds are for a script, which is named. */
+/* Refuses files of other kinds, and names the script that converts them. */
 static PetscErrorCode CheckHDF5(const char name[], const char source[])
 {
   const char *dot = strrchr(name, '.'), *slash = strrchr(name, '/');
@@ -226,9 +226,9 @@ static PetscErrorCode CheckHDF5(const char name[], const char source[])
   SlipH5 quiet;
 
   PetscFunctionBegin;
-  if (!file) PetscFunctionReturn(PETSC_SUCCESS); /* said by who opens it */
+  if (!file) PetscFunctionReturn(PETSC_SUCCESS); /* opening it prints the error */
   (void)fclose(file);
-  PetscCall(SlipH5Clear(NULL, NULL, &quiet)); /* HDF5 prints of folders otherwise */
+  PetscCall(SlipH5Clear(NULL, NULL, &quiet)); /* otherwise HDF5 prints errors for folders */
   PetscCall(PetscStrendswith(name, ".h5", &h5));
   PetscCheck(h5 || H5Fis_hdf5(name) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s is not an HDF5 file, nor .msh of Gmsh: STL, GOCAD .ts, RSQSim .flt and others are converted by "

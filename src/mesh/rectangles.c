@@ -1,8 +1,8 @@
-/* Quadrilaterals of a file that are rectangles with two level sides, as the rows of a list of cells are. */
+/* Converts quadrilaterals of a file that are rectangles with two level sides to rows of a list of cells. */
 #include <slipstep/private/slipmesh.h>
 
-/* So far, as a share of the shorter side, may a corner be from where that of a rectangle is: what single precision
-   leaves of large coordinates. Rows that are more in each other than that are refused later. */
+/* Largest distance of a corner from that of a rectangle, over the shorter side: large coordinates in single precision
+   are as accurate. Rows that overlap by more are refused later. */
 #define RECTANGLE_ROUNDING 1e-4
 
 static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
@@ -10,7 +10,7 @@ static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* p [4]: corners around it */
+/* Converts a quadrilateral with the corners p [4], in order around it, to a row. */
 static PetscErrorCode Row(const char source[], PetscInt number, const PetscReal *const p[4],
                           PetscReal row[MESH_COLUMNS])
 {

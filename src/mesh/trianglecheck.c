@@ -1,18 +1,18 @@
 /*
-  Triangles of a file: what is wrong with each of them, which vertices are none or are one, and which triangles are one.
-  What cells may not be to each other whatever their shape, SlipCellsCheck() knows.
+  Checks the triangles of a file: it refuses bad triangles, removes unused vertices, merges vertices at one place, and
+  refuses equal triangles. SlipCellsCheck() checks relations of cells that do not depend on their shape.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Triangles of less height, as a share of their longest side, are refused. What slip on a cell does to its own stress
-   goes with the reciprocal of its height: the largest entry of K, and with it what steps and solvers have to do, would
-   be a hundred times that of its neighbours, for a cell whose slip hardly counts. */
+/* Triangles with a smaller height, over their longest side, are refused. The stress of a cell's slip on itself is
+   proportional to the reciprocal of its height: the largest entry of K, and with it the work of steps and solvers,
+   would be a hundred times that of its neighbours, for a cell whose slip hardly matters. */
 #define NEEDLE 0.01
-/* Vertices this near to each other, as a share of the shortest side of any triangle, are one: what files of seven
-   digits leave. */
+/* Vertices that are nearer to each other, over the shortest side of any triangle, are merged: files with seven digits
+   are as accurate. */
 #define SAME_PLACE 1e-6
 
 static PetscInt VertexNumber(const SlipFaultMeshFile *m, PetscInt v)
@@ -32,8 +32,7 @@ static PetscReal Distance(const SlipFaultMeshFile *m, PetscInt a, PetscInt b)
   return PetscSqrtReal(PetscSqr(p[0] - q[0]) + PetscSqr(p[1] - q[1]) + PetscSqr(p[2] - q[2]));
 }
 
-/* Keep the vertices v with place[v] == v, in their order; the others are replaced by vertex place[v], or removed where
-   it is -1. */
+/* Leaves vertices v with place[v] == v, in order; replaces others by vertex place[v], or removes them if it is -1. */
 static PetscErrorCode RemoveOtherVertices(SlipFaultMeshFile *m, PetscInt place[])
 {
   PetscInt kept = 0, *to;
@@ -56,7 +55,7 @@ static PetscErrorCode RemoveOtherVertices(SlipFaultMeshFile *m, PetscInt place[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Corners that are vertices, and vertices that are corners: the others go, wherever they are. */
+/* Checks that corners are vertices, and removes vertices that are no corners. */
 PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFaultMeshFile *m)
 {
   PetscInt *place;
@@ -76,7 +75,7 @@ PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFaultMeshFile *
 
 /* ---- one by one ---- */
 
-/* shortest: side of any [m] */
+/* Checks each triangle; shortest is the shortest side of any [m]. */
 static PetscErrorCode CheckEach(const char source[], PetscBool full_space, const SlipFaultMeshFile *m,
                                 PetscReal *shortest)
 {
@@ -131,10 +130,10 @@ static PetscErrorCode CheckEach(const char source[], PetscBool full_space, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- vertices that are one ---- */
+/* ---- vertices at one place ---- */
 
-/* Groups of vertices that are near along all axes, cut again until nothing changes; those near to the first of their
-   group take its place. */
+/* Merges vertices. Groups of vertices that are near along all axes are split until nothing changes; those near to the
+   first of their group are replaced by it. */
 static PetscErrorCode Merge(SlipFaultMeshFile *m, PetscReal near)
 {
   const PetscInt n = m->nvertices;
@@ -166,7 +165,7 @@ static PetscErrorCode Merge(SlipFaultMeshFile *m, PetscReal near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- triangles that are one ---- */
+/* ---- equal triangles ---- */
 
 typedef struct {
   PetscInt corner[3], triangle; /* ascending */

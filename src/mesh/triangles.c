@@ -1,13 +1,13 @@
-/* A mesh of the kind "triangles": of -fault_mesh, with corners around the normals into the hanging wall (orient.c).
-   Each is a cell whose size is its extent along strike and its area over that. */
+/* A mesh of the kind "triangles" from -fault_mesh, with corners around the normals into the hanging wall (orient.c).
+   The size of a cell is its extent along strike and its area over that. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 
-/* What of an angle is rounding, as a share of the circle: planefaults.c has the same of strikes and dips. */
+/* Rounding of an angle over the circle, the same as for strikes and dips in planefaults.c */
 #define ANGLE_ROUNDING 1e-9
 
-/* What rank 0 has read, on every rank: vertices, corners and labels */
+/* Broadcasts what rank 0 has read: vertices, corners and labels. */
 static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipFaultMeshFile *m)
 {
   PetscInt sizes[2] = {m->n, m->nvertices};
@@ -29,11 +29,11 @@ static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipFaultMeshFile *m)
   PetscCallMPI(MPI_Bcast(mesh->vertex, (PetscMPIInt)(3 * sizes[1]), MPIU_REAL, 0, mesh->comm));
   PetscCallMPI(MPI_Bcast(mesh->corner, (PetscMPIInt)(3 * sizes[0]), MPIU_INT, 0, mesh->comm));
   PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
-  mesh->labelled = PETSC_TRUE; /* by the file, or by its connected pieces */
+  mesh->labelled = PETSC_TRUE; /* labels are of the file or of its connected pieces */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One triangle [3][3] as a row of a list, with the strike and dip of its hanging wall */
+/* Describes one triangle [3][3] as a row of a list, with the strike and dip of its hanging wall. */
 static PetscErrorCode Describe(const PetscReal v[9], PetscReal row[MESH_COLUMNS])
 {
   PetscReal side[3], angles[2], directions[9], low = PETSC_MAX_REAL, top = PETSC_MIN_REAL, area = 0;
@@ -62,7 +62,7 @@ static PetscErrorCode Describe(const PetscReal v[9], PetscReal row[MESH_COLUMNS]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* mesh->cells; x owns the memory of all columns, and behind them of the vertices [n][3][3] */
+/* Fills mesh->cells; x owns the memory of all columns and of the vertices [n][3][3] after them. */
 static PetscErrorCode Fill(SlipFaultMesh *mesh)
 {
   const PetscInt n = mesh->cells.n;
@@ -89,7 +89,7 @@ static PetscErrorCode Fill(SlipFaultMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* mesh->dips: are they not all vertical and of one strike, or of both strikes of one plane? */
+/* Sets mesh->dips: false if all are vertical and of one strike, or of both strikes of one plane. */
 static void Directions(SlipFaultMesh *mesh)
 {
   const SlipCells *c = &mesh->cells;
@@ -104,7 +104,7 @@ static void Directions(SlipFaultMesh *mesh)
   }
 }
 
-/* The extents of all vertices along the strike of the whole and down its dip */
+/* Computes the extents of all vertices along the strike of the whole and down its dip. */
 static void Extents(SlipFaultMesh *mesh)
 {
   PetscReal strike, dip, low[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL};

@@ -1,34 +1,33 @@
 /*
-  In which unit are the numbers of a mesh file? Few files say it: those of Gmsh and STL have no place for it. What an
-  option or an attribute says is believed. Else numbers are metres where they cannot be kilometres, and where they can
-  the user is asked: a fault in the wrong unit is one a thousand times smaller, and runs. Degrees, and heights in
-  another unit than the rest, are no lengths at all.
+  Checks the unit of numbers in a mesh file. Few files state it: the formats of Gmsh and STL cannot. The unit of an
+  option or an attribute is used. Without one, numbers are metres if they cannot be kilometres, and otherwise the file
+  is refused with a message about the option: a fault in the wrong unit would be a thousand times smaller, and would
+  run. Degrees, and heights in another unit than the rest, are always refused.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 
-/* No fault reaches deeper or farther [km], or is computed with larger cells: earthquakes end at 700 km, plates at
-   10,000 km. Numbers that do are metres. */
+/* Limits of depth, extent and cell size of a fault [km]: earthquakes end at 700 km, plates at 10,000 km. Larger numbers
+   are metres. */
 #define KM_DEEPEST 800.0
 #define KM_ACROSS 10000.0
 #define KM_CELL 300.0
-/* Depths and horizontal coordinates of one unit: no fault is this many times deeper than long, or its depth so many
-   times below what it is across, or this many times longer than deep. km beside m, or degrees beside km, differ by 100
+/* Limits for depths and horizontal coordinates of one unit: no fault is so many times deeper than long, or so many
+   times deeper than it is across, or so many times longer than deep. km beside m, or degrees beside km, differ by 100
    and more. */
 #define TALL 20.0
 #define BURIED 500.0
 #define SHALLOW 300.0
-/* Degrees beside lengths, whatever is said of the unit: 111 km are one number, so that cells are this many times higher
-   than wide; and the fault is farther from the origin than it is across, as most places are from where longitude and
-   latitude are 0. */
+/* Degrees beside lengths are detected for any unit: one degree is 111 km, so that cells are so many times higher than
+   wide, and the fault is farther from the origin than it is across, as most places are from 0 degrees. */
 #define DEGREES_STEEP 3.0
 #define DEGREES_FAR 1.5
 
 /* The numbers of all cells */
 typedef struct {
   PetscReal low[3], top[3], area;
-  PetscInt n, steep;                        /* cells, and those of them that are far higher than wide */
-  PetscReal across, deep, high, side, away; /* horizontal extent, |z|, extent of z, of a mean cell, centre to origin */
+  PetscInt n, steep;                        /* number of cells, and of cells that are far higher than wide */
+  PetscReal across, deep, high, side, away; /* horizontal extent, |z|, extent of z, mean cell, centre to origin */
 } Numbers;
 
 static void Include(Numbers *s, const PetscReal low[3], const PetscReal top[3], PetscReal area)
@@ -78,7 +77,7 @@ static void IncludeCorners(Numbers *s, const SlipFaultMeshFile *m, PetscInt i)
     }
     area += PetscSqr((p[1][x] - p[0][x]) * (p[2][y] - p[0][y]) - (p[1][y] - p[0][y]) * (p[2][x] - p[0][x]));
   }
-  Include(s, low, top, PetscSqrtReal(area)); /* of triangles twice theirs, so that side is that of a square of two */
+  Include(s, low, top, PetscSqrtReal(area)); /* twice a triangle's area: side is that of two triangles' square */
 }
 
 static Numbers NumbersOf(const SlipFaultMeshFile *m)
@@ -100,7 +99,7 @@ static Numbers NumbersOf(const SlipFaultMeshFile *m)
   return s;
 }
 
-/* Can x and y be longitude and latitude in either order, of numbers of which this many are a degree? */
+/* Returns whether x and y can be longitude and latitude in either order, if this many units are a degree. */
 static PetscBool InDegrees(const Numbers *s, PetscReal degree)
 {
   PetscReal largest[2];
@@ -110,10 +109,10 @@ static PetscBool InDegrees(const Numbers *s, PetscReal degree)
 }
 
 /*
-  SlipFaultMeshCheckUnit - refuse numbers of a file that are no lengths, and those whose unit is not plain
+  SlipFaultMeshCheckUnit - refuses numbers of a file that are no lengths, and those whose unit is not certain
 
-  unit, frame: an option, or an attribute of the file, says it. What is said to be in kilometres is in metres by now, so
-  degrees are looked for in both.
+  unit, frame: an option or an attribute of the file gives it. Numbers given in kilometres are converted to metres
+  before, so that degrees are looked for in both units.
 */
 PetscErrorCode SlipFaultMeshCheckUnit(const char prefix[], const char source[], PetscBool unit, PetscBool frame,
                                       const SlipFaultMeshFile *m)

@@ -1,7 +1,7 @@
-/* KSP "slipcg": preconditioned conjugate gradients (Hestenes and Stiefel 1952) that also add up what the stage
-   operator B makes of their solution. A product with the Jacobian of a stage contains that of B with the direction in
-   all rows, those of sticking cells too, so that B dx is known with dx and the residual of the stage after the step
-   needs no product. */
+/* KSP "slipcg": preconditioned conjugate gradients (Hestenes and Stiefel 1952) that also compute the product of the
+   stage operator B with their solution. A product with the Jacobian of a stage contains that of B with the direction in
+   all rows, sticking cells included. Their sum is B dx, so that the residual of the stage after the step needs no
+   product. */
 #include <slipstep/private/slipsnes.h>
 #include <petsc/private/kspimpl.h>
 
@@ -21,7 +21,7 @@ static PetscErrorCode KSPSetUp_SlipCG(KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norm that the convergence test looks at; rz = r.z */
+/* Computes the norm that the convergence test uses; rz = r.z. */
 static PetscErrorCode SlipCGNorm(KSP ksp, PetscReal rz, PetscReal *norm)
 {
   PetscFunctionBegin;
@@ -35,7 +35,7 @@ static PetscErrorCode SlipCGNorm(KSP ksp, PetscReal rz, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* z = P r and r.z */
+/* Computes z = P r and r.z. */
 static PetscErrorCode SlipCGPrecondition(KSP ksp, PetscReal *rz)
 {
   PetscFunctionBegin;
@@ -44,8 +44,8 @@ static PetscErrorCode SlipCGPrecondition(KSP ksp, PetscReal *rz)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The convergence test of iteration it, and z = P r unless it needs none and ends the solve: the preconditioner costs
-   as much as a product */
+/* Tests convergence in iteration it, and computes z = P r unless the test needs no z and ends the solve, because the
+   preconditioner costs as much as a product. */
 static PetscErrorCode SlipCGTest(KSP ksp, PetscInt it, PetscReal *rz)
 {
   const PetscBool late = ksp->normtype == KSP_NORM_UNPRECONDITIONED ? PETSC_TRUE : PETSC_FALSE;
@@ -128,13 +128,13 @@ static PetscErrorCode KSPDestroy_SlipCG(KSP ksp)
 }
 
 /*MC
-  KSPSLIPCG - "slipcg": conjugate gradients that know the product of the stage operator with their solution
+  KSPSLIPCG - "slipcg": conjugate gradients that also compute the product of the stage operator with their solution
 
   Level: advanced
 
   Notes:
-  For matrices of type MATSLIPJACOBIAN and a start from zero; the preconditioner must be symmetric positive definite.
-  The default of SNESSEMISMOOTH, which with any other type needs one product more for each direction.
+  The matrix must be of type MATSLIPJACOBIAN, the first guess zero, and the preconditioner symmetric positive definite.
+  It is the default of SNESSEMISMOOTH, which with any other type needs one more product for each direction.
 
 .seealso: SNESSEMISMOOTH, MatCreateSlipJacobian(), PCSLIPSTAGE
 M*/

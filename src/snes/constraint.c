@@ -1,15 +1,15 @@
-/* SlipConstraint: a set-valued reaction that a problem describes by a table of operations. */
+/* SlipConstraint: a set-valued reaction, which a problem defines by a table of operations. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipcore.h>
 
 /*@C
-  SlipConstraintDestroy - give up a reference to a constraint
+  SlipConstraintDestroy - destroys a constraint when its last reference is gone
 
   Collective
 
   Input Parameter:
-. con - the constraint, set to NULL
+. con - the constraint; it is set to NULL
 
   Level: intermediate
 
@@ -32,7 +32,7 @@ PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
 }
 
 /*@C
-  SlipConstraintGetContext - the context that was given to SlipConstraintCreate()
+  SlipConstraintGetContext - gets the context that was passed to SlipConstraintCreate()
 
   Not collective
 
@@ -55,23 +55,23 @@ PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx)
 }
 
 /*@
-  SlipConstraintSetRefuseUnstable - should solves fail where the stage goes past an instability?
+  SlipConstraintSetRefuseUnstable - sets whether solves fail where the stage goes past an instability
 
   Logically collective
 
   Input Parameters:
 + con    - the constraint
-- refuse - PETSC_TRUE: a solve with SNESSEMISMOOTH fails when the generalised Jacobian on the sliding set is not
-           positive definite, where that of a short step is, or with a coupling has eigenvalues without a positive real
-           part; PETSC_FALSE (the default): it goes on to a stable solution beyond
+- refuse - PETSC_TRUE: a solve with SNESSEMISMOOTH fails if the generalised Jacobian on the sliding set is not positive
+           definite, as that of a short step is, or with a coupling if an eigenvalue has no positive real part;
+           PETSC_FALSE (the default): the solve continues to a stable solution beyond the instability
 
   Level: advanced
 
   Note:
-  A step that is longer than an instability takes to grow has a stable solution too, on the far side of the event: the
-  event is left out, or becomes creep. A single event from its instability wants such steps, a run over many events
-  must not take them. With the operation start_slope the Jacobian with the bound's slope at the stage's start must be
-  positive definite as well, as an instability may begin and end within a stage. Solves with a smooth bound (solve_cells
+  A step that is longer than the growth time of an instability also has a stable solution, after the event: the event is
+  skipped, or becomes creep. A run of a single event from its instability needs such steps, and a run over many events
+  must not take them. With the operation start_slope the Jacobian with the bound's slope at the stage's start must also
+  be positive definite, because an instability may begin and end within a stage. Solves with a smooth bound (solve_cells
   of SlipConstraintOps) always fail there.
 
 .seealso: SlipConstraintWasUnstable(), SNESSEMISMOOTH
@@ -86,7 +86,7 @@ PetscErrorCode SlipConstraintSetRefuseUnstable(SlipConstraint con, PetscBool ref
 }
 
 /*@
-  SlipConstraintWasUnstable - did the last solve fail because the stage goes past an instability?
+  SlipConstraintWasUnstable - returns whether the last solve failed because the stage goes past an instability
 
   Not collective
 
@@ -94,7 +94,7 @@ PetscErrorCode SlipConstraintSetRefuseUnstable(SlipConstraint con, PetscBool ref
 . con - the constraint
 
   Output Parameter:
-. unstable - never true unless SlipConstraintSetRefuseUnstable() was asked for it
+. unstable - `PETSC_TRUE` if it did; always false unless SlipConstraintSetRefuseUnstable() was set
 
   Level: advanced
 
@@ -109,7 +109,7 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
 }
 
 /*@
-  SlipConstraintSetComponents - set how many numbers a cell has in reduced vectors
+  SlipConstraintSetComponents - sets how many numbers a cell has in reduced vectors
 
   Collective
 
@@ -117,26 +117,26 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
 + con   - the constraint
 . c     - 1 (the default); 2: then |r_i| <= q_i in the Euclidean norm, and r_i = -q_i x_i / |x_i| where x_i != 0; or 3:
           as 2, and the cell may open
-- cells - a vector with one number a cell, of the layout of q (its values are not used; NULL allowed with c = 1)
+- cells - a vector with one number per cell in the layout of q (its values are not used; NULL allowed with c = 1)
 
   Level: advanced
 
   Notes:
-  Call it before the first solve. With c = 2 the numbers of cell i are x[2 i] and x[2 i + 1], on one process. Of
-  SlipConstraintOps x, g and r have two numbers a cell, and B is 2 n x 2 n for n cells; q and dq (bound, bound_state,
-  start_slope) have one, dq is the derivative by |x_i|. C of coupling is n x 2 n, its a has one number a cell.
+  Call it before the first solve. With c = 2 the numbers of cell i are x[2 i] and x[2 i + 1], on one process. In
+  SlipConstraintOps, x, g and r have two numbers per cell, and B is 2 n x 2 n for n cells; q and dq (bound, bound_state,
+  start_slope) have one, and dq is the derivative by |x_i|. C of coupling is n x 2 n, and its a has one number per cell.
 
-  Where the bound is smooth the mask of prescribed has one number a cell: where it is 0 x stays as it is in the guess,
-  which reduce supplies. D, f and x of solve_cells have one: it sets the speed |x_i| >= 0 with D_i |x_i| + omega
-  q_i(|x_i|) = f_i >= 0 from the guess in x, and the cell moves along the load whose size f_i is. D_i is the larger of
+  Where the bound is smooth, the mask of prescribed has one number per cell: where it is 0, x is that of the guess,
+  which reduce provides. D, f and x of solve_cells have one: it sets the speed |x_i| >= 0 with D_i |x_i| + omega
+  q_i(|x_i|) = f_i >= 0 from the guess in x, and the cell moves along the load, whose size is f_i. D_i is the larger of
   the cell's diagonal entries of B; a solution does not depend on it.
 
-  The directions in which components are counted do not matter, and may differ from cell to cell.
+  The directions of components do not matter, and may differ from cell to cell.
 
-  With c = 3 the third number of a cell, x[3 i + 2], opens it: x >= 0, its reaction, the pressure, is r >= 0, and x r =
-  0. The other two are as with c = 2, and the bound is friction: q and dq of SlipConstraintOps (bound, start_slope) are
-  over the pressure, which is solved for, so that |r_i| <= q_i r of the same stage, and nothing holds a cell that is
-  open. In bound_state q is the strength, 0 where a state is open. A coupling or a smooth bound is not possible then.
+  With c = 3 the third number of a cell, x[3 i + 2], is its opening: x >= 0, its reaction, the pressure, is r >= 0, and
+  x r = 0. The other two are as with c = 2, and the bound is friction: q and dq of SlipConstraintOps (bound,
+  start_slope) are relative to the unknown pressure of the same stage: |r_i| <= q_i r, and an open cell has no reaction.
+  In bound_state q is the strength, 0 where a cell is open. A coupling or a smooth bound is not possible then.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for another c, PETSC_ERR_ARG_SIZ when x has not c numbers for each of cells,
   PETSC_ERR_ORDER after a solve, PETSC_ERR_SUP for several of SlipConstraintCreateSmall() and
@@ -176,7 +176,7 @@ PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec c
 }
 
 /*@
-  SlipConstraintGetComponents - how many numbers a cell has in reduced vectors
+  SlipConstraintGetComponents - gets how many numbers a cell has in reduced vectors
 
   Not collective
 
@@ -199,7 +199,7 @@ PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The problem's operations, for TSBATHE; checks that all that a time step needs are there */
+/* Gets the problem's operations for TSBATHE, and checks that none is missing that a time step needs. */
 PetscErrorCode SlipConstraintGetOps(SlipConstraint con, const SlipConstraintOps **ops)
 {
   PetscFunctionBegin;
@@ -213,7 +213,7 @@ PetscErrorCode SlipConstraintGetOps(SlipConstraint con, const SlipConstraintOps 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A new vector with the layout of the reduced unknowns, zero */
+/* Creates a zero vector with the layout of the reduced unknowns. */
 PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 {
   PetscFunctionBegin;
@@ -223,18 +223,18 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 }
 
 /*@
-  SlipConstraintInitialReaction - the reaction at the start of a run
+  SlipConstraintInitialReaction - computes the reaction at the start of a run
 
   Collective
 
   Input Parameters:
-+ con - the constraint; its operations smooth, reduce, add_reaction, bound_state are used
++ con - the constraint, with the operations smooth, reduce, add_reaction, bound_state
 . t   - the time [s]
 - w   - the full state
 
   Output Parameter:
 . r - reduced: the static balance -F_s projected on |r| <= q where x = 0, -q x / |x| where x != 0; the pressure of cells
-      with three components is the balance too, where it is positive and q is not 0
+      with three components is also that of balance, where it is positive and q is not 0
 
   Level: intermediate
 
@@ -255,12 +255,12 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
 }
 
 /*@
-  SlipConstraintReactionOf - SlipConstraintInitialReaction() where F_s of the state is known
+  SlipConstraintReactionOf - computes the reaction as SlipConstraintInitialReaction() does, from a given F_s
 
   Collective
 
   Input Parameters:
-+ con - the constraint; its operations reduce and bound_state are used
++ con - the constraint, with the operations reduce and bound_state
 . t   - the time [s]
 . w   - the full state
 - Fs  - F_s(t, w), full

@@ -1,16 +1,16 @@
-/* Dense direct solve on the sliding set (Cholesky unless the operator is known not to be symmetric), the fastest way
-   while that set is small: the block is gathered on every rank and factored redundantly, so that all ranks hold the
-   same bits and no further communication is needed. */
+/* Dense direct solve on the sliding set (Cholesky unless the operator is known not to be symmetric), the fastest method
+   while that set is small: every rank gathers and factors the block, so that all ranks have the same bits and need no
+   further communication. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
 #include <slipstep/private/slipwork.h>
 
-/* Rows whose square MPI and LAPACK, and integers of 32 bits, can still count */
+/* The largest number of rows whose square is a 32-bit integer, as MPI and LAPACK need */
 #define SLIP_DIRECT_MOST 46340
 
-/* B = scale times a dense matrix with local rows at hand plus a diagonal: B itself and NULL, or what it composes as
-   "MatSlipGetDense_C" (Mat, Mat *, PetscReal *, Vec *) */
+/* Gets B as scale times a dense matrix with stored local rows plus a diagonal: B itself and NULL, or the result of its
+   function "MatSlipGetDense_C" (Mat, Mat *, PetscReal *, Vec *). */
 static PetscErrorCode SlipGetDense(Mat B, Mat *dense, PetscReal *scale, Vec *diagonal)
 {
   PetscBool flg;
@@ -30,7 +30,7 @@ static PetscErrorCode SlipGetDense(Mat B, Mat *dense, PetscReal *scale, Vec *dia
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Local and global indices of the sliding cells; counts and displacements per rank */
+/* Lists the local and global indices of the sliding cells, with counts and displacements per rank. */
 static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, PetscMPIInt **counts,
                                      PetscMPIInt **displs, PetscInt **glob)
 {
@@ -59,8 +59,8 @@ static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of J_ss owned here gain row_i C_ij, both of a cell with two components the one row of C; with stride 3 C is
-   scale times a matrix whose third rows count, in columns that slide where their own do not: no diagonal. */
+/* Adds row_i C_ij to the rows of J_ss owned here; both rows of a cell with two components take the one row of C. With
+   stride 3, C is scale times every third row of the dense matrix; as normal rows do not slide, no diagonal is added. */
 static PetscErrorCode SlipPackCoupling(Mat C, PetscReal scale, PetscInt stride, Vec row, PetscInt nloc,
                                        const PetscInt loc[], PetscInt n, const PetscInt glob[], PetscScalar rows[])
 {
@@ -85,7 +85,7 @@ static PetscErrorCode SlipPackCoupling(Mat C, PetscReal scale, PetscInt stride, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of J_ss owned here, n entries each, their right-hand sides, and the diagonal of B in them */
+/* Packs the rows of J_ss owned here, n entries each, their right-hand sides, and the diagonal of B in them. */
 static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec slope, Vec rhs, PetscInt nloc,
                                    const PetscInt loc[], PetscInt n, const PetscInt glob[], PetscInt first,
                                    PetscScalar rows[], PetscScalar b[], PetscScalar own[])
@@ -112,8 +112,7 @@ static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The entries of the slope beside the diagonal: both components of a cell in its plane slide, or none, and they are
-   neighbours. */
+/* Adds the off-diagonal entries of the slope. A cell's components in its plane slide both or not: they are adjacent. */
 static PetscErrorCode SlipPackCross(Vec cross, PetscInt block, PetscInt nloc, const PetscInt loc[], PetscInt n,
                                     PetscInt first, PetscScalar rows[])
 {
@@ -130,7 +129,7 @@ static PetscErrorCode SlipPackCross(Vec cross, PetscInt block, PetscInt nloc, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cholesky; what fails is not positive definite */
+/* Solves by Cholesky factorisation, which fails if the matrix is not positive definite. */
 static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScalar b[], PetscBool *pd)
 {
   PetscBLASInt nb, one = 1, info;
@@ -145,7 +144,7 @@ static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScala
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is x'Ax > 0 for all x, as it is where all eigenvalues of the symmetric part are positive? W: work */
+/* Returns whether x'Ax > 0 for all x, i.e. whether the symmetric part is positive definite. W is work. */
 static PetscErrorCode SlipIsPositive(PetscInt n, const PetscScalar A[], PetscScalar W[], PetscBool *positive)
 {
   PetscBLASInt nb, info;
@@ -154,14 +153,14 @@ static PetscErrorCode SlipIsPositive(PetscInt n, const PetscScalar A[], PetscSca
   PetscCall(PetscBLASIntCast(n, &nb));
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt j = 0; j <= i; j++) W[i * n + j] = 0.5 * (A[i * n + j] + A[j * n + i]);
-  LAPACKpotrf_("U", &nb, W, &nb, &info); /* of columns: by rows it is the lower half */
+  LAPACKpotrf_("U", &nb, W, &nb, &info); /* "U" of columns is the lower half of rows */
   PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
   *positive = info == 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Have all eigenvalues of A, which is lost, a positive real part? */
+/* Returns whether all eigenvalues of A have a positive real part; it overwrites A. */
 static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stable)
 {
   PetscBLASInt nb, one = 1, info, size;
@@ -169,7 +168,7 @@ static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stabl
 
   PetscFunctionBegin;
   PetscCall(PetscBLASIntCast(n, &nb));
-  PetscCall(PetscBLASIntCast(34 * n, &size)); /* for blocks of 32, as gehrd has them */
+  PetscCall(PetscBLASIntCast(34 * n, &size)); /* for gehrd's blocks of 32 */
   PetscCall(PetscMalloc3(n, &real, n, &imaginary, size, &work));
   LAPACKgeev_("N", "N", &nb, A, &nb, real, imaginary, NULL, &one, NULL, &one, work, &size, &info);
   PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "geev: argument %d is wrong", (int)-info);
@@ -177,17 +176,16 @@ static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stabl
   for (PetscInt i = 0; i < n; i++)
     if (!(real[i] > 0.0)) *stable = PETSC_FALSE;
   PetscCall(PetscFree3(real, imaginary, work));
-  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, 20.0 * (PetscLogDouble)n * n * n)); /* by its time, 30 times LU */
+  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, 20.0 * (PetscLogDouble)n * n * n)); /* its time is 30 times LU's */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* LU for a matrix that is known not to be symmetric; A holds it by rows, D > 0 is the diagonal of B. What has to be
-   positive here are the real parts of the eigenvalues of D^-1 A, which do not depend on the units of rows. They are
-   where a stage is short enough. A real one passes zero where the stage loses its only solution, as one mode of those
-   that run away does; a pair passes the imaginary axis where a mode swings ever further within the stage. A positive
-   symmetric part proves that none has, at half the cost of LU, and hardly a stable matrix needs more. A negative
-   determinant proves that one has, or three; two leave it positive, and only the eigenvalues themselves tell, which
-   cost 30 times LU. */
+/* Solves by LU for a matrix A, stored by rows, that is known not to be symmetric; D > 0 is the diagonal of B. The real
+   parts of the eigenvalues of D^-1 A, which do not depend on the units of rows, must be positive, as they are in a
+   short stage. A real eigenvalue passes zero where the stage loses its only solution, as a mode that grows does; a pair
+   passes the imaginary axis where a mode oscillates with growing amplitude within the stage. A positive symmetric part
+   proves that none has, at half the cost of LU, and almost all stable matrices pass this test. A negative determinant
+   proves that one or three have; two leave it positive, and only eigenvalues, at 30 times the cost of LU, show it. */
 static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], const PetscScalar D[], PetscScalar b[],
                                        PetscBool *pd)
 {
@@ -214,7 +212,7 @@ static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], const PetscS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gather A and b everywhere, and D of A that is not symmetric (else NULL); factor and solve there */
+/* Gathers A and b on every rank, and D if A is not symmetric (else NULL); each rank factors and solves. */
 static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, const PetscScalar rows[],
                                       const PetscScalar mine[], const PetscScalar diagonal[],
                                       const PetscMPIInt counts[], const PetscMPIInt displs[], PetscScalar A[],
@@ -241,8 +239,8 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solve (B + slope) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
-   is known not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
+/* Solves (B + slope) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B counts as symmetric unless it is known
+   not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
 PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx, PetscInt max,
                                PetscBool *done, PetscBool *pd)
 {

@@ -3,21 +3,21 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
-/* The parts live on the Mat under these names, where the PC "slipstage" finds them. */
+/* The parts are composed with the Mat under these names, where the PC "slipstage" finds them. */
 static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_slope[] = "SlipSlope",
                   key_cross[] = "SlipCross";
 
 typedef struct {
   Vec work[2]; /* masked input, product */
-  Mat B;       /* the parts once more, borrowed: products and steps by the thousand need not look up names */
+  Mat B;       /* the parts, borrowed, so that thousands of products need not look up names */
   Vec mask, slope;
   Vec cross; /* borrowed; NULL: one component a cell */
-  Mat C;     /* borrowed; NULL: normal rows of B */
-  Vec row;   /* its factors, borrowed; NULL: symmetric */
-  Vec cx;    /* product */
+  Mat C;     /* coupling, borrowed; NULL: the normal rows of B */
+  Vec row;   /* factors of its rows, borrowed; NULL: the Jacobian is symmetric */
+  Vec cx;    /* C (m x) */
 } SlipJacobian;
 
-/* The context, once the parts are set */
+/* Gets the context of a Mat whose parts are set. */
 static PetscErrorCode SlipJacobianGet(Mat J, SlipJacobian **jac)
 {
   PetscFunctionBegin;
@@ -90,7 +90,7 @@ PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = B (m x) + d x where m is not 0, x elsewhere, with B (m x) in work[1] */
+/* Computes y = B (m x) + d x where m is not 0, and y = x elsewhere, with B (m x) in work[1]. */
 static PetscErrorCode SlipJacobianOnDevice(SlipJacobian *jac, Vec x, Vec y)
 {
   SlipDeviceMemory mask, slope, from, product, to;
@@ -178,7 +178,7 @@ static PetscErrorCode MatDestroy_SlipJacobian(Mat J)
 }
 
 /*@
-  MatCreateSlipJacobian - the generalised Jacobian of a stage's natural map as a symmetric matrix-free Mat
+  MatCreateSlipJacobian - creates the generalised Jacobian of a stage's natural map as a symmetric matrix-free Mat
 
   Collective
 
@@ -216,7 +216,7 @@ PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
 }
 
 /*@
-  MatSlipJacobianSetParts - the operator, sliding set and slope of a generalised Jacobian
+  MatSlipJacobianSetParts - sets the operator, sliding set and slope of a generalised Jacobian
 
   Collective
 
@@ -229,7 +229,7 @@ PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
   Level: advanced
 
   Note:
-  References are kept; call it again after changing their values, so that preconditioners know.
+  The Mat takes references. Call this again after a change of their values, so that preconditioners are set up anew.
 
 .seealso: MatCreateSlipJacobian()
 @*/
@@ -252,7 +252,7 @@ PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* d of a cell with two components is a symmetric block; its diagonal is the slope of the parts */
+/* Sets the off-diagonal entries of d, which is a symmetric block for a cell with two components. */
 PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross)
 {
   SlipJacobian *jac;
@@ -264,7 +264,7 @@ PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* B (m x) of the last product in all rows, borrowed */
+/* Gets B (m x) of the last product in all rows, borrowed. */
 PetscErrorCode MatSlipJacobianGetProduct(Mat J, Vec *product)
 {
   SlipJacobian *jac;
@@ -275,7 +275,7 @@ PetscErrorCode MatSlipJacobianGetProduct(Mat J, Vec *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y gains row (C (m x)), so that J is not symmetric any more; row is 0 where a cell sticks */
+/* Adds row (C (m x)) to products, so that J is not symmetric any more; row is 0 where a cell sticks. */
 PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
 {
   SlipJacobian *jac;
@@ -293,7 +293,7 @@ PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
 }
 
 /*@
-  MatSlipJacobianGetParts - the parts of a generalised Jacobian
+  MatSlipJacobianGetParts - gets the parts of a generalised Jacobian
 
   Not collective
 
@@ -301,9 +301,9 @@ PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
 . J - from MatCreateSlipJacobian()
 
   Output Parameters:
-+ B     - borrowed
-. mask  - borrowed
-- slope - borrowed
++ B     - the stage operator, borrowed
+. mask  - 1 where a cell slides, 0 where it sticks, borrowed
+- slope - diagonal that the bound adds, borrowed
 
   Level: advanced
 

@@ -1,16 +1,16 @@
 /* SNES "projection": the self-adaptive fixed point x <- S(x - rho G(x), rho omega q).
 
-   This is the published solver of the problem class and the plain reference for the semismooth one. rho is 1/diag(B)
+   This is the published solver of the problem class, and the simple reference for the semismooth one. rho is 1/diag(B)
    times one factor for the block of rates, adapted as in self-adaptive projection methods (He and Liao 2002, JOTA 112):
-   with the ratio rho |G(x') - G(x)| / |x' - x| in the norms of diag(B), shorten by 2/3 and repeat the step above 0.9,
-   lengthen by 3/2 below 0.3 (SlipConeAdaptStep()). A factor per cell does not work: the change of a cell's G is mostly
-   its neighbours' doing, so cells that are already at rest would shorten theirs to nothing. */
+   if the ratio rho |G(x') - G(x)| / |x' - x| in the norms of diag(B) is above 0.9 the factor shrinks by 2/3 and the
+   step is repeated, and below 0.3 it grows by 3/2 (SlipConeAdaptStep()). A factor per cell does not work: G of a cell
+   changes mostly by its neighbours, so that cells which already rest would shrink their factors to zero. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
 enum { PROJECTION_RHO, PROJECTION_X1, PROJECTION_G1, PROJECTION_NWORK };
 
-/* One step from a point that has been evaluated, ending at one that has been evaluated */
+/* Takes one step from an evaluated point, and evaluates the new point. */
 PetscErrorCode SlipProjectionStep(SlipConstraint con, const SlipStageModel *model, Vec x, Vec rho, Vec x1, Vec g1)
 {
   PetscBool again = PETSC_TRUE;
@@ -78,7 +78,7 @@ static PetscErrorCode SNESSolve_Projection(SNES snes)
 
   Options Database Keys:
 + -snes_rtol <1e-10> - largest natural residual over max(omega q) + max|G(0)|, dimensionless
-- -snes_max_it <200> - iterations before the solve has failed
+- -snes_max_it <200> - iterations after which the solve has failed
 
   Level: intermediate
 

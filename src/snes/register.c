@@ -1,4 +1,4 @@
-/* What the cone solvers register with PETSc, and the creation of the object by which programs come to them. */
+/* Registers the cone solvers with PETSc, and creates the constraint object that programs pass to them. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipmatstage.h>
 #include <slipstep/private/slipsys.h>
@@ -17,9 +17,9 @@ static PetscErrorCode Register_SNES(void)
 }
 
 /*@C
-  SlipSNESInitializePackage - register the class of constraints and the SNES types, with what they use
+  SlipSNESInitializePackage - registers the class of constraints, the SNES types, and the classes that they use
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). Further calls do nothing.
 
   Level: developer
 
@@ -31,14 +31,14 @@ PetscErrorCode SlipSNESInitializePackage(void)
 }
 
 /*@C
-  SlipConstraintCreate - wrap a problem's set-valued reaction for the cone solvers and TSBATHE
+  SlipConstraintCreate - creates an object of a problem's set-valued reaction for the cone solvers and TSBATHE
 
   Collective
 
   Input Parameters:
 + comm             - the communicator
-. ops              - the problem's operations (copied); stage, residual, jacobian and bound are required by the SNES
-                     types, all of them by TSBATHE, and explicit_ops besides by TSMOREAU
+. ops              - the problem's operations (copied); the SNES types need stage, residual, jacobian and bound,
+                     TSBATHE needs all, and TSMOREAU also needs explicit_ops
 . ctx              - passed to every operation
 - reduced_template - a vector with the layout of the reduced unknowns x (its values are not used)
 

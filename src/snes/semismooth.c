@@ -1,41 +1,39 @@
 /* SNES "semismooth": Newton's method on the natural map of the cone.
 
-   A sliding cell keeps its row of dG/dx plus the slope of its bound, a sticking one is an identity row, so each
-   step is a symmetric linear system on the sliding set (the primal-dual active set method when the bound is
+   A sliding cell has its row of dG/dx plus the slope of its bound, and a sticking one a row of the identity, so that
+   each step is a symmetric linear system on the sliding set (the primal-dual active set method if the bound is
    constant: Hintermueller, Ito and Kunisch 2003, SIAM J. Optim. 13).
 
-   A bound that weakens with |x| can make that system indefinite when the step is long: the stage then has several
-   solutions, and those at which the Jacobian is indefinite are unstable branches that no smaller step reaches. There
-   the weakening slope is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the
-   step goes down the stage's energy, and unstable solutions repel it. What it converges to has a positive definite
-   Jacobian, so no stage ends on the wrong branch. Where bounds depend on other rows too it is not symmetric, and what
-   has to be positive are the real parts of eigenvalues (direct.c). */
+   A bound that weakens with |x| can make that system indefinite in a long time step: the stage then has several
+   solutions, and those with an indefinite Jacobian are unstable branches that no shorter time step reaches. There the
+   step omits the weakening slope (a Picard step with a frozen bound): dG/dx is positive definite, the step decreases
+   the stage's energy, and unstable solutions repel it. It converges only to a solution with a positive definite
+   Jacobian, so that no stage ends on the wrong branch. Where bounds also depend on other rows the Jacobian is not
+   symmetric, and the real parts of its eigenvalues must be positive (direct.c). */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
-/* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own
-   error. */
+/* Share of the residual to which the model of an approximate operator is solved: its own error is about as large. */
 static const PetscReal model_share = 1e-2;
-/* Relative error of products with dG/dx at points far from the ones before, while the residual is above loose_from: an
-   approximate operator leaves an error of some 1e-3 there, and the next point's product is exact again. */
+/* Allowed relative error of products with dG/dx far from earlier points, while the residual is above loose_from: an
+   approximate operator has an error of about 1e-3 there, and the product at the next point is exact again. */
 static const PetscReal loose_share = 2e-4, loose_from = 1e-8;
-/* Error of products with dG/dx over the residual that ends a solve */
+/* Allowed error of products with dG/dx over the residual that ends a solve */
 static const PetscReal wanted_share = 0.1;
-/* Share of an operator's own error that a residual need not go below. */
+/* Residuals need not go below this share of an operator's own error. */
 static const PetscReal noise_share = 0.3;
 
-/* Slopes of the bound at a stage's start and end, over the diagonal of dG/dx, that differ by less are taken for the
-   same. */
+/* Slopes of the bound at a stage's start and end count as equal if they differ by less, over the diagonal of dG/dx. */
 static const PetscReal small_change = 1e-3;
 
 enum {
-  patience = 4,       /* iterations in a row that an approximate operator may fail to halve the residual */
-  model_steps = 200,  /* Newton steps on a model */
-  model_project = 8,  /* after so many of them projection steps help the sliding set to settle */
-  vectors_project = 8 /* iterations with two components a cell after which they help */
+  patience = 4,       /* iterations in a row in which an approximate operator may fail to halve the residual */
+  model_steps = 200,  /* most Newton steps on a model */
+  model_project = 8,  /* number of these after which projection steps help the sliding set to converge */
+  vectors_project = 8 /* iterations with two components a cell after which projection steps help */
 };
 
-/* What is left of a residual when nothing but the error of dG/dx x, of rounding or of the operator's own, is. */
+/* Estimates the smallest possible residual, from rounding or from the operator's own error of dG/dx x. */
 static PetscErrorCode SlipSemismoothFloor(SlipConstraint con, PetscReal *floor)
 {
   PetscReal noise = 0;
@@ -48,9 +46,9 @@ static PetscErrorCode SlipSemismoothFloor(SlipConstraint con, PetscReal *floor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From the tolerance down to that with plain Newton steps, usually one. The residual is relative to the
-   strength, and slow slip rates are many orders below those that it balances: only there are they exact enough for
-   runs on different numbers of ranks to agree. Stops when the residual no longer halves, and keeps the better point. */
+/* Reduces the residual from the tolerance to that floor with plain Newton steps, usually one. The residual is relative
+   to the strength, for which slow slip rates are many orders too small to matter: only at the floor are they accurate
+   enough for runs on any number of ranks to agree. It ends at the better point when the residual no longer halves. */
 static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscBool exact, Vec x)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -82,17 +80,17 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
     PetscCall(SlipConstraintNorm(con, dx, &step));
     PetscCall(SlipConstraintNorm(con, x, &size));
-    if (A != con->B) step *= con->norm / last; /* the error that is left, where convergence is linear */
+    if (A != con->B) step *= con->norm / last; /* the remaining error, as convergence is linear */
     if (SlipSearchPolished(last, con->norm, step, size)) break;
   }
   snes->reason = SNES_CONVERGED_FNORM_RELATIVE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The step of an approximate operator A: to the solution of the stage with G(y) + A (x - y) for G(x), y the point
-   evaluated last. Each needs G once, and A as often as the sliding set takes to settle. What it leaves of the error,
-   |A^-1 (B - A)|, does not depend on that set, where single Newton steps with A would have to wait for it (Josephy
-   1979, MRC Technical Report 1965: Newton's method for generalised equations). */
+/* Takes a step with an approximate operator A: to the solution of the stage with G(y) + A (x - y) for G(x), where y is
+   the point evaluated last. A step needs G once, and A until the sliding set has converged. It reduces the error by a
+   factor |A^-1 (B - A)| that does not depend on this set, while single Newton steps with A would first have to find the
+   set (Josephy 1979, MRC Technical Report 1965: Newton's method for generalised equations). */
 static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, Vec x, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -116,8 +114,8 @@ static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A share of every way to slide, whoever owns which cell: numbers in (0, 1) by the number of a cell (Steele et al.
-   2014, OOPSLA: SplitMix). */
+/* Fills v with numbers in (0, 1) from the numbers of cells (Steele et al. 2014, OOPSLA: SplitMix), so that it has a
+   part of every mode of sliding and does not depend on the distribution of cells. */
 static PetscErrorCode SlipSemismoothSpread(SlipConstraint con, Vec v)
 {
   PetscInt n, first;
@@ -141,7 +139,7 @@ static PetscErrorCode SlipSemismoothSpread(SlipConstraint con, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is dG/dx with this slope positive definite on the cells that slide? rhs is what a Krylov method starts from. */
+/* Returns whether dG/dx with this slope is positive definite on the sliding cells; a Krylov method starts from rhs. */
 static PetscErrorCode SlipSemismoothCheck(SNES snes, SlipConstraint con, Vec slope, Vec cross, PetscBool *pd)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -157,7 +155,7 @@ static PetscErrorCode SlipSemismoothCheck(SNES snes, SlipConstraint con, Vec slo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For a Krylov method the balance of the slip rates themselves: modes that grow have a share in them */
+/* Sets rhs for a Krylov method to the slip rates, in which modes that grow have a part. */
 static PetscErrorCode SlipSemismoothMoving(SNES snes, SlipConstraint con, Vec x)
 {
   Vec rhs = ((SNES_Semismooth *)snes->data)->slip.work[SEMISMOOTH_RHS];
@@ -168,10 +166,10 @@ static PetscErrorCode SlipSemismoothMoving(SNES snes, SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where stages that go past an instability are refused: the generalised Jacobian of the cells that slide must be
-   positive definite where the solve ends, which an inexact one has not looked at, and with the slope at the stage's
-   start, too. One that is indefinite there and not at the end has an instability in between that grew and went within
-   the stage. One that is positive definite with the lesser of both slopes in each cell is so with either. */
+/* Checks that the stage does not go past an instability. The generalised Jacobian of the sliding cells must be positive
+   definite at the end of the solve, which an inexact solve has not checked, and also with the slope at the stage's
+   start: if it is indefinite only there, an instability began and ended within the stage. If it is positive definite
+   with the smaller of both slopes in each cell, it is so with either. */
 static PetscErrorCode SlipSemismoothCheckStable(SNES snes, SlipConstraint con, Vec x)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -220,7 +218,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   SNESConvergedReason reason;
   Vec x = snes->vec_sol;
   PetscReal last;
-  PetscInt n, slow = 0; /* iterations in a row with an approximation that hardly converged */
+  PetscInt n, slow = 0; /* iterations in a row in which an approximation hardly converged */
   PetscBool ok, loose, exact = PETSC_FALSE;
   Mat A;
 
@@ -235,7 +233,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   PetscCall(SlipConstraintEvaluate(con, NULL, x));
   SlipSearchForget(&ss->search, con->merit);
   ss->search.stalls = 0;
-  /* cells that open and close do not forgive */
+  /* cells that open and close need an exact solve */
   con->target = ss->rtol_set || !con->ops->affine || con->friction ? 0 : con->share * con->norm;
   PetscCall(VecGetSize(x, &n));
   PetscTryMethod(con->B, "MatSlipSetWanted_C", (Mat, PetscReal),
@@ -244,7 +242,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
     PetscTryTypeMethod(snes, update, snes->iter);
     last = con->norm;
-    if (it > 1) PetscCall(SlipConstraintJacobian(con, x)); /* SlipConstraintBegin() has asked for the first */
+    if (it > 1) PetscCall(SlipConstraintJacobian(con, x)); /* SlipConstraintBegin() computed the first */
     PetscCall(SlipSemismoothOperator(con, exact, &A));
     loose = (PetscBool)(A != con->B && con->norm > loose_from && !(con->target > 0));
     PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, loose ? loose_share : 0.0));
@@ -259,11 +257,11 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
     }
-    if (loose && con->norm <= PetscMax(snes->rtol, con->target)) { /* nothing ends on such a product */
+    if (loose && con->norm <= PetscMax(snes->rtol, con->target)) { /* no solve may end with such a product */
       PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
       PetscCall(SlipConstraintEvaluate(con, NULL, x));
     }
-    /* give up an approximation that hardly converges, as near instability, where little is left of dG/dx */
+    /* replace an approximation that hardly converges, as near an instability, where dG/dx is almost singular */
     slow = A != con->B && con->norm > 0.5 * last ? slow + 1 : 0;
     if (slow >= patience) {
       PetscCall(PetscInfo(snes, "Approximate Jacobian does not converge: exact one for the rest of this solve\n"));
@@ -334,32 +332,32 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 
   Options Database Keys:
 + -snes_rtol <1e-10>          - largest natural residual over max(omega q) + max|G(0)|, dimensionless
-. -snes_max_it <50>           - iterations before the solve has failed
-- -snes_slip_direct_max <200> - sliding cells up to which a dense Cholesky factorisation is used, 0 for never
+. -snes_max_it <50>           - iterations after which the solve has failed
+- -snes_slip_direct_max <200> - most sliding cells for which a dense Cholesky factorisation is used; 0: none
 
   Level: intermediate
 
   Notes:
-  Above the limit, or when the entries of the operator are not at hand, the KSP (default slipcg with the preconditioner
+  Above the limit, or if the entries of the operator are not stored, the KSP (default slipcg with the preconditioner
   "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where
-  slip changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg.
-  Positive definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D the diagonal of B,
-  are looked at where its symmetric part is not positive; by a KSP those it finds on the way (KSPComputeEigenvalues()).
-  The KSP's relative tolerance is chosen in each iteration, unless -ksp_rtol is given.
+  slip changes normal stress, make the Jacobian unsymmetric: LU replaces Cholesky, and gmres replaces cg. It then counts
+  as positive definite if its eigenvalues have positive real parts: LU checks all those of D^-1 J, where D is the
+  diagonal of B, if its symmetric part is not positive; a KSP checks those that it finds (KSPComputeEigenvalues()). Each
+  iteration chooses the KSP's relative tolerance, unless -ksp_rtol is given.
 
-  Where G is affine (SlipConstraintOps) and the stage says what share of its first residual may be left (SlipStage), the
-  solve ends there, a direction leaves a third of that, and products of an approximated viscosity are off by a tenth
-  of it. Else it ends at -snes_rtol, with Newton steps down to rounding after it.
+  Where G is affine (SlipConstraintOps) and the stage allows a share of its first residual (SlipStage), the solve ends
+  there, directions are solved to a third of that, and products of an approximated viscosity have an error of a tenth.
+  Otherwise it ends at -snes_rtol, and Newton steps then reduce the residual to rounding.
 
-  With two components a cell (SlipConstraintSetComponents()) the step turns sliding cells as well; the linear systems
-  stay symmetric, and the limit on direct solves is twice the number of cells.
+  With two components a cell (SlipConstraintSetComponents()) the step also turns the directions of sliding cells. The
+  linear systems stay symmetric, and the limit on direct solves is twice the number of cells.
 
   Where the operator has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with
   G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as
   iterations, and needs the operator itself once. How many iterations that takes depends on the quality of A alone;
   -info shows the steps, -snes_view counts them.
 
-  A bound that is smooth and 0 at x = 0 (solve_cells of SlipConstraintOps) has no cone: Newton's method then eliminates
+  A smooth bound that is 0 at x = 0 (solve_cells of SlipConstraintOps) has no cone: Newton's method then eliminates
   each cell by itself, and a stage that goes past an instability always fails (SlipConstraintWasUnstable()).
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()

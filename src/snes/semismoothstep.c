@@ -1,19 +1,19 @@
-/* Steps of SNES "semismooth" (semismooth.c): direction, search, and what helps active sets that cycle. Their decisions
-   are those of SlipSearch, slipcore.h. */
+/* Steps of SNES "semismooth" (semismooth.c): direction, line search, and remedies for active sets that cycle.
+   SlipSearch (slipcore.h) makes the decisions. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
-/* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
+/* Relative tolerance of a linear solve with an approximate operator, whose error is larger than that. */
 static const PetscReal inexact = 5e-3;
-/* Share of the residual that ends an inexact solve which a direction leaves, and relative tolerance of solves that only
-   look for instabilities. */
+/* Residual of a direction over the residual that ends an inexact solve, and relative tolerance of solves that only
+   check for instabilities. */
 static const PetscReal target_share = 0.3, check = 1e-2;
 
-/* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With
-   an approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its
-   solutions. Where the approximate Jacobian is positive definite but the true one is not, iterations are repelled,
-   so that the wrong branch is as unreachable as with the true one. */
+/* Gets the operator of the linear solves: con->B, or its approximation by "MatSlipGetApproximation_C" (Mat, Mat *).
+   With an approximation this is an inexact Newton method: residuals and solutions are still those of con->B. Where the
+   approximate Jacobian is positive definite but the true one is not, iterations are repelled, so that they cannot reach
+   the wrong branch, as with the true one. */
 PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *A)
 {
   PetscErrorCode (*f)(Mat, Mat *);
@@ -26,10 +26,10 @@ PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a matrix that is not symmetric, what a change of sign is to CG: *stable becomes false when the last solve found an
-   eigenvalue of the preconditioned matrix that has no positive real part (SlipSolveGeneral(), with the preconditioner
-   for D). Such eigenvalues are apart from the others and are found first, if only the right-hand side has a share of
-   their modes. */
+/* Detects instability for a matrix that is not symmetric, as a change of sign in CG does for a symmetric one: *stable
+   becomes false if the last solve found an eigenvalue of the preconditioned matrix without a positive real part
+   (SlipSolveGeneral(), with the preconditioner for D). Such eigenvalues are apart from the others and are found first
+   if the right-hand side has a part of their modes. */
 static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBool *stable)
 {
   PetscReal *real, *imaginary;
@@ -44,8 +44,8 @@ static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Krylov solve of (A + slope) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite, or with
-   a coupling unstable */
+/* Solves (A + slope) dx = rhs on the sliding set by a Krylov method; pd is false if it finds the matrix indefinite, or
+   unstable with a coupling. */
 PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, Vec cross, PetscBool *ok,
                                     PetscBool *pd)
 {
@@ -69,8 +69,8 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
     PetscCall(KSPSetComputeEigenvalues(snes->ksp, PETSC_TRUE));
   }
   PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
-  /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far, or to
-     rounding; or only as far as the solve is to go. Checks of a Jacobian come when that is reached. */
+  /* Near quadratic convergence the next residual is of the order of the square of this one: the tolerance is that, but
+     not below rounding or the residual that ends the solve. Checks of a Jacobian come after the end of the solve. */
   eta = A == con->B ? PetscMin(1e-2, PetscMax(0.1 * con->norm, SLIP_SEARCH_ROUNDING / con->norm)) : inexact;
   if (con->target > 0 && A == con->B && con->norm > con->target)
     eta = PetscMin(1.0, con->target / con->norm) * target_share;
@@ -84,7 +84,7 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   ss->n_krylov++;
   *ok = reason > 0 || reason == KSP_DIVERGED_ITS ? PETSC_TRUE : PETSC_FALSE;
   *pd = reason != KSP_DIVERGED_INDEFINITE_MAT && reason != KSP_DIVERGED_INDEFINITE_PC ? PETSC_TRUE : PETSC_FALSE;
-  if (!con->row) { /* KSPCG notices a change of sign, not a curvature that is negative from the start */
+  if (!con->row) { /* KSPCG detects a change of sign, but not a curvature that is negative from the start */
     PetscCall(VecDot(rhs, dx, &curvature));
     if (PetscRealPart(curvature) < 0.0) *pd = PETSC_FALSE;
   } else if (*ok)
@@ -93,7 +93,7 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y -= k P x where cells have two components: what Newton's step across their directions has besides F (cone.c) */
+/* y -= k P x where cells have two components: the term besides F in Newton's step across their directions (cone.c). */
 static PetscErrorCode SlipSemismoothAddTransverse(SlipConstraint con, Vec x, Vec y)
 {
   PetscInt n;
@@ -111,8 +111,8 @@ static PetscErrorCode SlipSemismoothAddTransverse(SlipConstraint con, Vec x, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dx, by the first way that works: direct, Krylov, and both again without the slope. On the sliding set s it solves
-   J_ss dx_s = -F_s + (A x_t)_s, on the sticking one t dx = -x. */
+/* Computes dx by the first method that works: direct, Krylov, and both again without the slope. On the sliding set s it
+   solves J_ss dx_s = -F_s + (A x_t)_s; on the sticking set t, dx = -x. */
 PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec x, PetscBool *picard, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -192,8 +192,8 @@ PetscErrorCode SlipSemismoothMoveTo(SNES snes, SlipConstraint con, const SlipSta
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Directional derivative of the stage's energy along dx at the point evaluated last: the balance of the sliding
-   cells */
+/* Computes the directional derivative of the stage's energy along dx at the point evaluated last, from the balance of
+   the sliding cells. */
 static PetscErrorCode SlipSemismoothPush(SNES snes, SlipConstraint con, PetscReal *push)
 {
   const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
@@ -206,7 +206,8 @@ static PetscErrorCode SlipSemismoothPush(SNES snes, SlipConstraint con, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Step without the slope, from xs: doubled while the loading still pushes the same way (SlipSearchOvershoots()) */
+/* Takes a step without the slope from xs, and doubles it while the load still acts in its direction
+   (SlipSearchOvershoots()). */
 static PetscErrorCode SlipSemismoothExpand(SNES snes, SlipConstraint con, const SlipStageModel *model, Vec x)
 {
   PetscReal push, last;
@@ -225,8 +226,8 @@ static PetscErrorCode SlipSemismoothExpand(SNES snes, SlipConstraint con, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The full step from xs, or the one that turns no cell round when that is better, or a shorter one; *stalled when
-   nothing helped */
+/* Takes the full step from xs, or the one that reverses no cell if that is better, or a shorter one; *stalled: none of
+   them was accepted. */
 static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const SlipStageModel *model, Vec x,
                                            PetscBool *stalled)
 {
@@ -271,7 +272,7 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A few steps of the fixed point, which cannot cycle for small slopes */
+/* Takes a few steps of the fixed point, which cannot cycle for small slopes. */
 PetscErrorCode SlipSemismoothProject(SNES snes, SlipConstraint con, const SlipStageModel *model, Vec x)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -287,7 +288,7 @@ PetscErrorCode SlipSemismoothProject(SNES snes, SlipConstraint con, const SlipSt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step from the point evaluated last; ok is false when no direction was found */
+/* Takes a step from the point evaluated last; ok is false if no direction was found. */
 PetscErrorCode SlipSemismoothStep(SNES snes, SlipConstraint con, const SlipStageModel *model, PetscInt it,
                                   PetscReal tolerance, Vec x, PetscBool *ok)
 {
@@ -298,9 +299,9 @@ PetscErrorCode SlipSemismoothStep(SNES snes, SlipConstraint con, const SlipStage
   PetscCall(SlipSemismoothDirection(snes, con, model ? model->A : con->B, x, &picard, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipSemismoothFrom(snes, con, x));
-  if (picard) { /* leaves the neighbourhood where the merit means something */
+  if (picard) { /* it leaves the neighbourhood in which the merit function is meaningful */
     PetscCall(SlipSemismoothExpand(snes, con, model, x));
-    if (con->ops->affine) PetscCall(SlipConstraintEvaluate(con, model, x)); /* sums of much larger numbers end here */
+    if (con->ops->affine) PetscCall(SlipConstraintEvaluate(con, model, x)); /* ends rounding of large sums */
     SlipSearchForget(&ss->search, con->merit);
   } else
     PetscCall(SlipSemismoothSearch(snes, con, model, x, &stalled));

@@ -1,10 +1,10 @@
-/* A constraint for small systems: the user gives forces, their dense Jacobian and the bounds of the reaction, on
-   arrays.
+/* A constraint for small systems, for which the user gives arrays: forces, their dense Jacobian and the bounds of the
+   reaction.
 
-   The rows that no reaction enters are eliminated: for given constrained states x, Newton's method solves
+   It eliminates the rows that no reaction enters: for given constrained states x, Newton's method solves
      A_f (w_f - base_f) / theta = F_f(t, w) + explicit_f
-   for the free states w_f, and what is left is G(x) = A_c (x - base_c) / theta - F_c(t, w) - explicit_c with the Schur
-   complement of A / theta - dF/dw as its Jacobian. That is symmetric for mechanical systems and reciprocal circuits. */
+   for the free states w_f. The constrained rows are G(x) = A_c (x - base_c) / theta - F_c(t, w) - explicit_c, and their
+   Jacobian is the Schur complement of A / theta - dF/dw, symmetric for mechanical systems and reciprocal circuits. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
@@ -12,23 +12,23 @@
 
 enum { max_newton = 30 };
 static const PetscReal newton_tol = 1e-13;  /* last correction over the largest state */
-static const PetscReal rounding_tol = 1e-8; /* a correction that no longer falls is rounding below this */
-static const PetscReal kick_tol = 1e-8;     /* last change of a kick's rates, over them */
+static const PetscReal rounding_tol = 1e-8; /* below this, a correction that no longer decreases is rounding */
+static const PetscReal kick_tol = 1e-8;     /* last change of a kick's rates over the rates */
 static const PetscReal symmetry_tol = 1e-10;
 
 typedef struct {
   SlipSmall p;
   PetscReal *mass;              /* [n] */
-  PetscInt *rows, *rest, nrest; /* constrained rows, the others */
+  PetscInt *rows, *rest, nrest; /* constrained rows; free rows and their number */
   PetscReal t, theta;           /* the stage */
   PetscReal *base, *load;       /* [n] */
-  PetscBool known, solved;      /* w belongs to x; its elimination converged */
+  PetscBool known, solved;      /* w is that of x; the elimination converged */
   PetscReal *x, *w, *F, *J;     /* [nrows], [n], [n], [n n] of the last point */
   PetscReal *start, *rates;     /* [n] F of an explicit step's start; [4 nrows] rates in a kick, q, dq and q at rest */
   PetscReal *D, *rhs;           /* free block of A / theta - dF/dw, and right-hand sides, column-major */
   PetscBLASInt *pivot;          /* [nrest] */
   Mat B;
-  PetscReal *fastest; /* [n n + 2] of the last call of Frequency(): dF/dw, and what it found; NULL before */
+  PetscReal *fastest; /* [n n + 2] dF/dw and the results of the last call of Frequency(); NULL before it */
 } Small;
 
 static PetscErrorCode SmallDestroy(SlipContainerArg arg)
@@ -46,7 +46,7 @@ static PetscErrorCode SmallDestroy(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Entry of A / theta - dF/dw */
+/* Returns an entry of A / theta - dF/dw. */
 static PetscReal SmallEntry(const Small *s, PetscInt i, PetscInt j)
 {
   return (i == j ? s->mass[i] / s->theta : 0.0) - s->J[i * s->p.n + j];
@@ -60,7 +60,7 @@ static PetscErrorCode SmallJacobian(Small *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solve with the free block for the columns of rhs; singular when the elimination is not possible here */
+/* Solves with the free block for the columns of rhs; singular: the free states cannot be eliminated here. */
 static PetscErrorCode SmallSolveFree(Small *s, PetscInt columns, PetscBool *singular)
 {
   PetscBLASInt n, m, info;
@@ -76,13 +76,13 @@ static PetscErrorCode SmallSolveFree(Small *s, PetscInt columns, PetscBool *sing
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A_i (w_i - base_i) / theta - F_i - explicit_i */
+/* Returns A_i (w_i - base_i) / theta - F_i - explicit_i. */
 static PetscReal SmallBalance(const Small *s, PetscInt i)
 {
   return s->mass[i] * (s->w[i] - s->base[i]) / s->theta - s->F[i] - s->load[i];
 }
 
-/* One Newton correction of the free states: its size, and that of the state */
+/* Makes one Newton correction of the free states, and returns its size and that of the state. */
 static PetscErrorCode SmallCorrect(Small *s, PetscReal *size, PetscReal *state, PetscBool *singular)
 {
   PetscFunctionBegin;
@@ -100,7 +100,7 @@ static PetscErrorCode SmallCorrect(Small *s, PetscReal *size, PetscReal *state, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The free states and forces that belong to x */
+/* Computes the free states and the forces for the constrained states X. */
 static PetscErrorCode SmallEliminate(Small *s, Vec X)
 {
   const PetscReal *x;
@@ -126,7 +126,7 @@ static PetscErrorCode SmallEliminate(Small *s, Vec X)
   if (singular) s->solved = PETSC_FALSE;
   if (!s->solved)
     for (PetscInt i = 0; i < s->nrest; i++)
-      s->w[s->rest[i]] = s->base[s->rest[i]]; /* a sound start for the next point */
+      s->w[s->rest[i]] = s->base[s->rest[i]]; /* a safe first guess for the next point */
   s->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -154,7 +154,7 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* NaN where the elimination fails: the solve then ends as diverged and the step is tried again, shorter */
+/* Computes G(x). It is NaN where the elimination fails: the solve then diverges, and a shorter step is tried. */
 static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
 {
   Small *s = (Small *)ctx;
@@ -186,7 +186,7 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
   PetscCall(MatDenseGetArrayWrite(s->B, &b));
   for (PetscInt k = 0; k < m; k++)
     for (PetscInt j = 0; j < m; j++) {
-      if (!s->solved || singular) { /* only has to be regular: the residual is NaN */
+      if (!s->solved || singular) { /* any regular matrix will do, as the residual is NaN */
         b[j + m * k] = j == k ? s->mass[s->rows[k]] / s->theta : 0.0;
         continue;
       }
@@ -199,13 +199,13 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
       skew = PetscMax(skew, PetscAbsReal(b[i + m * j] - b[j + m * i]));
     }
   PetscCall(MatDenseRestoreArrayWrite(s->B, &b));
-  /* tell the linear solver of a Schur complement that is not symmetric */
+  /* the linear solver must know whether the Schur complement is symmetric */
   PetscCall(MatSetOption(s->B, MAT_SYMMETRIC, skew <= symmetry_tol * size ? PETSC_TRUE : PETSC_FALSE));
   *B = s->B;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q, and dq if wanted, at a state */
+/* Computes q, and dq unless it is NULL, at a state. */
 static PetscErrorCode SmallBound(Small *s, PetscReal t, const PetscReal w[], Vec q, Vec dq)
 {
   PetscReal *a, *d = NULL;
@@ -319,9 +319,9 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- explicit steps: SlipExplicitOps. s->w is work. ---- */
+/* ---- explicit steps: SlipExplicitOps. They use s->w as work. ---- */
 
-/* F of the states a with the constrained ones as they are, or 0, in s->F */
+/* Computes F of the states a in s->F; unless moving, the constrained states are 0. */
 static PetscErrorCode SmallForce(Small *s, PetscReal t, const PetscReal a[], PetscBool moving)
 {
   PetscFunctionBegin;
@@ -348,7 +348,7 @@ static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the constrained states make of the force on them; F of all stays in s->F for the drift that follows */
+/* Computes the part of the force on the constrained states that depends on them. F stays in s->F for the next drift. */
 static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, void *ctx)
 {
   Small *s = (Small *)ctx;
@@ -367,10 +367,10 @@ static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x with m/a (x - base) = g - q sign(x), at the states in s->w, which it changes: by Newton's method, or, where q falls
-   faster with |x| than momentum grows, by its values alone. *depends: q depends on |x|; its derivative at rest need not
-   say so (q0 + q1 exp(-(x/v)^2), or a strength that drops once anything moves). *ok: PETSC_FALSE where no x was found,
-   else left alone. */
+/* Solves m/a (x - base) = g - q sign(x) for x at the states in s->w, which it changes: by Newton's method, or, where q
+   decreases faster with |x| than momentum increases, by iteration without dq. *depends: q depends on |x|, which its
+   derivative at rest need not show (q0 + q1 exp(-(x/v)^2), or a strength that drops at any motion). *ok becomes
+   PETSC_FALSE where no x was found, and does not change otherwise. */
 static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscReal g[], const PetscReal base[],
                                 PetscReal x[], PetscBool *depends, PetscBool *ok)
 {
@@ -400,7 +400,7 @@ static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Exact where the bound does not depend on the rates, else as a fault's (Alexander's second formula) */
+/* Kicks the rates: exactly if the bound does not depend on them, else as for a fault (Alexander's second formula). */
 static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx)
 {
   Small *s = (Small *)ctx;
@@ -430,7 +430,7 @@ static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The explicit midpoint rule: an Euler step to inside, then the whole with the force there, which damping has left */
+/* Drifts by the explicit midpoint rule: an Euler step inside, then the whole step with Damping()'s force. */
 static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
 {
   Small *s = (Small *)ctx;
@@ -453,7 +453,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of A^-1 dF/dw in s->J: the eigenvalue of the largest size, and the fastest decay over that */
+/* Computes the largest modulus of the eigenvalues of A^-1 dF/dw in s->J, and the fastest decay over it. */
 static PetscErrorCode SmallEigenvalues(Small *s, PetscReal *omega, PetscReal *ratio)
 {
   PetscReal *re, *im, *work, none;
@@ -476,8 +476,8 @@ static PetscErrorCode SmallEigenvalues(Small *s, PetscReal *omega, PetscReal *ra
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eigenvalues cost more than a step does, and forces are often linear: those of the last call are kept while dF/dw is
-   the same. */
+/* Finds the largest frequency. Eigenvalues cost more than a step, and forces are often linear: those of the last call
+   are cached while dF/dw is the same. */
 static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx)
 {
   Small *s = (Small *)ctx;
@@ -528,12 +528,12 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
 }
 
 /*@C
-  SlipConstraintCreateSmall - the constraint of a small dense system A dw/dt = F_s(t, w) + F_r, written with arrays
+  SlipConstraintCreateSmall - creates the constraint of a small dense system A dw/dt = F_s(t, w) + F_r from arrays
 
   Not collective (one process)
 
   Input Parameter:
-. problem - its states, masses, constrained rows and functions; the arrays are copied, its ctx is kept
+. problem - states, masses, constrained rows and functions of the system; arrays are copied, its ctx is borrowed
 
   Output Parameter:
 . con - the constraint, on PETSC_COMM_SELF
@@ -541,10 +541,10 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
   Level: beginner
 
   Notes:
-  The reduced unknowns are the constrained states in the order of rows; the others are eliminated inside, by Newton's
-  method when F_s is nonlinear. A stage whose elimination fails counts as not converged, and its step is tried again.
+  The reduced unknowns are the constrained states in the order of rows; the constraint eliminates the others, by
+  Newton's method if F_s is nonlinear. A stage whose elimination fails has not converged, and its step is tried again.
 
-  Systems of up to a few hundred states are meant: every evaluation factors a dense matrix.
+  It is for systems of up to a few hundred states, because every evaluation factors a dense matrix.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a mass that is not positive or rows that do not ascend; PETSC_ERR_USER later,
   when a bound is negative.

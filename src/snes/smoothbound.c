@@ -1,30 +1,30 @@
-/* SNES "semismooth" where the bound is smooth and 0 at rest, as that of rate-and-state friction: G(x) + omega Q(x) = 0,
-   Q(x) = q(|x|) sign(x). Nothing sticks, and no cone is needed; but Q grows like the logarithm of x over thirty
-   decades, in which Newton's method in x gets nowhere.
+/* SNES "semismooth" where the bound is smooth and 0 at rest, as with rate-and-state friction: G(x) + omega Q(x) = 0,
+   Q(x) = q(|x|) sign(x). No cell sticks, and no cone is needed; but Q grows like the logarithm of x over thirty
+   decades, over which Newton's method in x does not converge.
 
-   Each cell for itself is a scalar equation. With D = diag(B) and f = D x - G(x), what the others leave it, D y + omega
-   Q(y) = f has a root y = S(f), found in ln y. Newton's method on x = S(f(x)), nonlinear elimination of the cells, has
-   the Jacobian S' (B + omega Q'(y)), so that its step from y is that of Newton's method in x, (B + omega Q') dx =
+   Each cell by itself is a scalar equation. With D = diag(B) and the load f = D x - G(x) from the other cells, D y +
+   omega Q(y) = f has a root y = S(f), found in ln y. Newton's method on x = S(f(x)), a nonlinear elimination of cells,
+   has the Jacobian S' (B + omega Q'(y)), so that its step from y is that of Newton's method in x, (B + omega Q') dx =
    -F(y), followed by the elimination at y + dx. There G is linear: by the step's own equation
      f = D (y + dx) + omega (Q + Q' dx)
-   needs no further product. Where bounds depend on the x of other cells too, Q' + R C in place of Q', the linear solve
-   has R C as well, f has omega R C dx more, and the friction that the cells balance is that of the bounds at y + dx.
+   needs no further product. If bounds also depend on the x of other cells, Q' + R C replaces Q': the linear solve
+   includes R C, f has the further term omega R C dx, and cells balance the friction of the bounds at y + dx.
    With two components a cell (cone.c) all this holds for vectors, Q' = q' n n' + q / |x| P, and the scalar equation is
-   that of their lengths. Every cell is moved to where its own friction balances what the linear step left it, in its
-   own decade. One product with B an iteration, and those of the linear solve. */
+   that of their lengths. The elimination moves every cell to the rate, of any decade, at which its friction balances
+   the load after the linear step. An iteration takes one product with B, and those of the linear solve. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
 enum {
-  patience = 4, /* iterations in a row that an approximate operator may fail to halve the residual */
-  /* With two components a cell, whose directions can cycle, every step lowers the residual after so many iterations */
+  patience = 4, /* iterations in a row in which an approximate operator may fail to halve the residual */
+  /* Iterations after which every step must lower the residual, as directions of two components a cell can cycle */
   strict_after = 10,
   strict_halvings = 15
 };
 
-/* dx of (A + slope) dx = -F on the rows that nobody prescribes; ok is false where that is not positive definite: the
-   stage goes past an instability. */
+/* Solves (A + slope) dx = -F on the rows that are not prescribed. ok is false where the matrix is not positive
+   definite: the stage goes past an instability. */
 static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -50,9 +50,9 @@ static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the cells are left with after the step lambda dx: rest + lambda change. With two components a cell that is
-   what they balance at lambda = 0, so that short steps go along dx and lower the residual; with one the first term is
-   a step of Jacobi's method. */
+/* Sets up the loads of cells after the step lambda dx: rest + lambda change. With two components a cell, cells balance
+   rest at lambda = 0, so that short steps go along dx and lower the residual; with one, rest is a step of Jacobi's
+   method. */
 static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
 {
   const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
@@ -67,11 +67,11 @@ static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
   PetscCall(VecPointwiseMult(change, change, work[SEMISMOOTH_DX]));
   if (con->cross) PetscCall(SlipAddCross(con->cross, con->mask, work[SEMISMOOTH_DX], change));
   PetscCall(SlipConstraintAddCoupling(con, work[SEMISMOOTH_DX], change));
-  PetscCall(VecAXPY(con->cells ? rest : change, 1.0, con->F)); /* rest + change is the same */
+  PetscCall(VecAXPY(con->cells ? rest : change, 1.0, con->F)); /* rest + change is the same in both cases */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells with two components balance along their loads: a speed each, D |x| + omega q(|x|) = |f|. */
+/* Balances cells with two components along their loads, by the speed |x| of each: D |x| + omega q(|x|) = |f|. */
 static PetscErrorCode SolveVectors(SlipConstraint con, Vec D, Vec f, Vec x, PetscBool *unstable)
 {
   Vec diagonal = con->spare, load = con->hold, speed = con->cells;
@@ -100,7 +100,7 @@ static PetscErrorCode SolveVectors(SlipConstraint con, Vec D, Vec f, Vec x, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x where the cells balance after the step lambda dx from XS, evaluated; not when one of them has no stable balance. */
+/* Moves x to the balance of cells after lambda dx from XS and evaluates it, unless a cell has no stable balance. */
 static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Vec x, PetscBool *unstable)
 {
   const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
@@ -108,7 +108,7 @@ static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Ve
   PetscFunctionBegin;
   *unstable = PETSC_FALSE;
   PetscCall(VecWAXPY(work[SEMISMOOTH_LOAD], lambda, work[SEMISMOOTH_RHS], work[SEMISMOOTH_OFFSET]));
-  if (con->C) { /* the bounds that the linear step leads to */
+  if (con->C) { /* the bounds at the end of the linear step */
     PetscCall(VecWAXPY(x, lambda, work[SEMISMOOTH_DX], work[SEMISMOOTH_XS]));
     PetscCall((*con->ops->bound)(con, x, con->cx, NULL, con->ctx));
   }
@@ -123,7 +123,7 @@ static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The longest of the steps dx, dx/2, ... that lowers the residual; *ok is false when none does */
+/* Takes the longest of the steps dx, dx/2, ... that lowers the residual; *ok is false if none does. */
 static PetscErrorCode Step(SNES snes, SlipConstraint con, Mat A, PetscInt it, Vec x, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
@@ -176,7 +176,7 @@ PetscErrorCode SlipSmoothBoundSolve(SNES snes, SlipConstraint con, Vec x)
     if (it > 1) PetscCall(SlipConstraintJacobian(con, x));
     PetscCall(SlipSemismoothOperator(con, exact, &A));
     PetscCall(Step(snes, con, A, it, x, &ok));
-    if (!ok && !con->unstable && con->norm <= SLIP_SEARCH_RTOL) { /* rounding is what is left */
+    if (!ok && !con->unstable && con->norm <= SLIP_SEARCH_RTOL) { /* only rounding is left */
       snes->reason = SNES_CONVERGED_FNORM_ABS;
       break;
     }

@@ -1,12 +1,12 @@
-/* A stage at one point: work vectors, natural residual, slope and coupling of the bound, reaction of a solution. With
-   one component a cell these are the loops of cone.c over rows, with two those over cells, with three those of
-   contact.c too. */
+/* The quantities of a stage at one point: natural residual, slope and coupling of the bound, and the reaction of a
+   solution. They use the loops of cone.c over rows for one component a cell, those over cells for two, and also those
+   of contact.c for three. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
-/* Work vectors, on first use */
+/* Creates the work vectors on first use. */
 PetscErrorCode SlipConstraintSetUpWork(SlipConstraint con)
 {
   Vec *work[] = {&con->r, &con->g, &con->F, &con->mask, &con->slope, &con->rho}, *one[] = {&con->q, &con->dq};
@@ -39,8 +39,8 @@ PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |v| of a cell in its plane, or the size of what opens it, whichever is larger; of one that is not a number infinite,
-   which PETSC_INFINITY, a quarter of the largest number, is not */
+/* Returns the larger of |v| in the plane of a cell and the size of its opening component. For Inf or NaN it returns
+   INFINITY and not PETSC_INFINITY, a quarter of the largest number, because only INFINITY exceeds all numbers. */
 static PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
 {
   const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;
@@ -72,7 +72,7 @@ PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Diagonal of B to one number for both components of a cell in its plane, the larger */
+/* Sets the diagonal of B for both components in the plane of a cell to the larger of the two. */
 static PetscErrorCode SlipConstraintLargerDiagonal(SlipConstraint con, Vec d)
 {
   PetscInt n;
@@ -87,7 +87,7 @@ static PetscErrorCode SlipConstraintLargerDiagonal(SlipConstraint con, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* mask = 0 where x is prescribed, 1 elsewhere */
+/* Sets mask to 0 where x is prescribed, and to 1 elsewhere. */
 static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
 {
   PetscInt n;
@@ -111,7 +111,7 @@ static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve */
+/* Sets B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve. */
 PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 {
   PetscReal qmax, cmax, dmin, *unused;
@@ -119,7 +119,7 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintSetUpWork(con));
-  if (con->ops->at_rest) /* saves a product with the operator in each stage */
+  if (con->ops->at_rest) /* it saves a product with the operator in each stage */
     PetscCall((*con->ops->at_rest)(con, con->g, con->ctx));
   else {
     PetscCall(VecZeroEntries(con->x));
@@ -127,7 +127,7 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   }
   PetscCall(SlipConstraintNorm(con, con->g, &cmax));
   PetscCall((*con->ops->bound)(con, x, con->q, NULL, con->ctx));
-  if (con->friction) { /* the strength under the pressure at rest */
+  if (con->friction) { /* q becomes the strength under the pressure at rest */
     PetscCall(VecZeroEntries(con->x));
     PetscCall(VecSet(con->rho, 1.0));
     PetscCall(SlipConstraintPress(con, con->x, con->q));
@@ -175,7 +175,7 @@ PetscErrorCode SlipConstraintPress(SlipConstraint con, Vec x, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* g = G(x) of the stage, or of its model */
+/* Computes g = G(x) of the stage, or of its model. */
 PetscErrorCode SlipConstraintResidual(SlipConstraint con, const SlipStageModel *model, Vec x, Vec g)
 {
   PetscFunctionBegin;
@@ -186,7 +186,7 @@ PetscErrorCode SlipConstraintResidual(SlipConstraint con, const SlipStageModel *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same of cells with two components: omega n a */
+/* The next function for cells with two components: the factors of rows are omega n a. */
 static PetscErrorCode SlipConstraintCouplingOfVectors(SlipConstraint con)
 {
   PetscInt n;
@@ -205,12 +205,12 @@ static PetscErrorCode SlipConstraintCouplingOfVectors(SlipConstraint con)
   PetscCall(VecGetLocalSize(con->row, &n));
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < n; i++)
-    row[i] = mask[i] != 0.0 && q[i / c] > 0.0 ? omega * normal[i] * a[i / c] : 0.0; /* normal rows: their normal is 0 */
+    row[i] = mask[i] != 0.0 && q[i / c] > 0.0 ? omega * normal[i] * a[i / c] : 0.0; /* in normal rows, normal is 0 */
   PetscCall(SlipArraysRestore(5, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C and the factors of its rows: omega sign a where a cell slides against a bound */
+/* Gets C and computes the factors of its rows, omega sign a where a cell slides against a bound. */
 static PetscErrorCode SlipConstraintCoupling(SlipConstraint con)
 {
   PetscInt n;
@@ -246,7 +246,7 @@ PetscErrorCode SlipConstraintAddCoupling(SlipConstraint con, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F, mask, n and k of cells with two components, from g and q */
+/* Computes F, mask, n and k of cells with two components from g and q. */
 static PetscErrorCode SlipConstraintVectors(SlipConstraint con, Vec x)
 {
   PetscInt n;
@@ -357,7 +357,7 @@ PetscErrorCode SlipConstraintEvaluateKnown(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is x what con->x is, bit by bit? */
+/* Returns whether x and con->x are equal bit by bit. */
 static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool *same)
 {
   PetscFunctionBegin;
@@ -366,7 +366,7 @@ static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sticking cells to exactly zero, the reaction inside the cone, the cell with the largest residual */
+/* Sets sticking cells to exactly zero, the reaction inside the cone, and the cell with the largest residual. */
 PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
 {
   PetscInt n, rstart;

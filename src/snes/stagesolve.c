@@ -1,4 +1,4 @@
-/* One stage as a SNES: set-up, monitors, convergence. Shared by the semismooth and projection types. */
+/* One stage as a SNES: set-up, monitors and convergence, which the semismooth and projection types share. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
@@ -33,7 +33,7 @@ static PetscErrorCode SNESDestroy_Slip(SNES snes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* slip: what the type keeps, or its first member */
+/* Creates the common part of a type. slip: the data of the type, or their first member */
 PetscErrorCode SNESCreate_Slip(SNES snes, SNES_Slip *slip, PetscInt nwork, PetscInt max_it)
 {
   PetscFunctionBegin;
@@ -60,7 +60,7 @@ PetscErrorCode SlipConstraintQuery(SNES snes, SlipConstraint *con)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bookkeeping of one iterate: monitors, history and the convergence test */
+/* Records one iterate: calls monitors, adds to the history and tests convergence. */
 PetscErrorCode SlipConstraintReport(SNES snes, SlipConstraint con, PetscInt it, SNESConvergedReason *reason)
 {
   PetscFunctionBegin;
@@ -77,7 +77,7 @@ PetscErrorCode SlipConstraintReport(SNES snes, SlipConstraint con, PetscInt it, 
     *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (snes->norm <= snes->abstol)
     *reason = SNES_CONVERGED_FNORM_ABS;
-  else if (it >= snes->max_its) /* a smaller tolerance may be below what rounding leaves */
+  else if (it >= snes->max_its) /* a smaller tolerance may be below rounding */
     *reason = snes->norm <= SLIP_SEARCH_RTOL ? SNES_CONVERGED_FNORM_ABS : SNES_DIVERGED_MAX_IT;
   snes->reason = *reason;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -96,13 +96,13 @@ static PetscErrorCode SlipNaturalResidual(SNES snes, Vec x, Vec f, void *ctx)
 }
 
 /*@
-  SNESSetSlipConstraint - give a SNES of type "semismooth" or "projection" the set-valued reaction to solve with
+  SNESSetSlipConstraint - sets the set-valued reaction of a SNES of type "semismooth" or "projection"
 
   Logically collective
 
   Input Parameters:
 + snes - the solver; its function becomes the natural residual
-- con  - the constraint (a reference is kept); NULL: none
+- con  - the constraint, of which the solver takes a reference; NULL: none
 
   Level: intermediate
 
@@ -119,7 +119,7 @@ PetscErrorCode SNESSetSlipConstraint(SNES snes, SlipConstraint con)
 }
 
 /*@
-  SNESGetSlipConstraint - the constraint of a SNES
+  SNESGetSlipConstraint - gets the constraint of a SNES
 
   Not collective
 
@@ -143,7 +143,7 @@ PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
 }
 
 /*@
-  SNESSlipSolveStage - solve one implicit stage with its set-valued reaction, G(x) = omega r, r in -q(|x|) Sign(x)
+  SNESSlipSolveStage - solves one implicit stage with its set-valued reaction, G(x) = omega r, r in -q(|x|) Sign(x)
 
   Collective
 
@@ -160,10 +160,10 @@ PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con)
   Level: advanced
 
   Errors: PETSC_ERR_ARG_WRONGSTATE without a constraint, PETSC_ERR_SUP for another type of SNES,
-  PETSC_ERR_ARG_OUTOFRANGE unless theta > 0 and omega > 0. A solve that does not converge is none.
+  PETSC_ERR_ARG_OUTOFRANGE unless theta > 0 and omega > 0. A solve that does not converge is no error.
 
   Note:
-  Look at SNESGetConvergedReason() before using the result.
+  Check SNESGetConvergedReason() before you use the result.
 
 .seealso: SNESSetSlipConstraint(), SNESSlipGetWorstCell()
 @*/
@@ -196,7 +196,7 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 }
 
 /*@
-  SNESSlipGetWorstCell - the cell with the largest natural residual of the last solve, for error messages
+  SNESSlipGetWorstCell - gets the cell with the largest natural residual of the last solve, for error messages
 
   Not collective
 
@@ -204,8 +204,8 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 . snes - the solver
 
   Output Parameters:
-+ cell  - its number: its global index in q, or its row in the mesh's file; -1 before any solve (NULL allowed)
-- residual - that residual, relative, dimensionless (NULL allowed)
++ cell     - its number: its global index in q, or its row in the mesh's file; -1 before any solve (NULL allowed)
+- residual - its relative residual, dimensionless (NULL allowed)
 
   Level: advanced
 
@@ -218,7 +218,7 @@ PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, PetscReal *residu
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
-  if (con->worst == SLIP_WORST_UNKNOWN) { /* of a device, where it is looked for when somebody asks */
+  if (con->worst == SLIP_WORST_UNKNOWN) { /* on a device it is found on demand */
     PetscCall(VecDuplicate(con->F, &size));
     PetscCall(VecCopy(con->F, size));
     PetscCall(VecAbs(size));

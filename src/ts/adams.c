@@ -1,31 +1,31 @@
-/* TSADAMS as a PETSc TS type: explicit Adams formulas of variable step and order, predicted, evaluated, corrected and
-   evaluated again: two right-hand sides a step, one for an attempt that is rejected, whatever the order.
+/* TSADAMS as a PETSc TS type: explicit Adams formulas of variable step and order, which predict, evaluate, correct and
+   evaluate again. A step takes two right-hand sides and a rejected attempt one, for any order.
 
-   With the derivatives f_n, f_n-1, ... of accepted steps in hand, order k (that of the predictor) is
+   From the derivatives f_n, f_n-1, ... of accepted steps, order k (that of the predictor) computes
       y* = y_n + the integral of the polynomial through f_n ... f_n-k+1,      f* = f(t_n+1, y*), y_n+1 = y_n + that of
       the one through f*, f_n ... f_n-k+1 (order k + 1), with twice what one node more changes of it, f_n+1 = f(t_n+1,
       y_n+1),
-   and the error estimate is what the oldest of these nodes changes, which is of order h^(k + 1). The same difference
-   with a node less or more says what orders k - 1 and k + 1 would do; the next step has the order that promises the
-   longest (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first, and the
-   order falls.
+   and the error estimate is the change by the oldest of these nodes, which is of order h^(k + 1). The same difference
+   with one node less or more estimates the errors of orders k - 1 and k + 1; the next step takes the order that allows
+   the longest step (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first,
+   and the order falls.
 
    Nodes are at sums of steps, not at differences of times: after centuries the rounding of time is a part of the
-   shortest steps that an estimate would see, and ask for shorter ones yet. */
+   shortest steps that would enlarge the estimate, so that the controller would choose still shorter steps. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
-/* A neighbouring order must promise a step longer by this factor. */
+/* The order changes only if the other order allows a step longer by this factor. */
 #define ADAMS_RAISE 1.2
 #define ADAMS_LOWER 1.05
-/* Norm of the estimate where a step has left all bounds, and those: squares of anything less are numbers */
+/* Norm of the estimate of a step that is above all bounds, and these bounds: squares of smaller numbers are finite */
 #define FAR_TOO_LONG 1e10
 #define BOUNDS 1e100
-/* Attempts in a row that are refused before the formulas begin anew */
+/* Rejected attempts in a row after which the formulas restart at order 1 */
 #define RESTART_AFTER 2
-/* Corrector k + 1 and so many times its difference to corrector k + 2: 1 more would be of order k + 2. With 2 the error
-   is that of 0 with the other sign, and on the negative real axis steps are stable to 2.98 instead of 2.38 (k = 2),
-   2.38 instead of 1.93 (k = 3). */
+/* The corrected state is corrector k + 1 plus so many times the difference of corrector k + 2 to it; 1 would have order
+   k + 2. With 2 the error is that of 0 with the other sign, and on the negative real axis steps are stable to 2.98
+   instead of 2.38 (k = 2), 2.38 instead of 1.93 (k = 3). */
 #define ADAMS_BEYOND 2
 
 static PetscErrorCode TSReset_Adams(TS ts)
@@ -110,13 +110,13 @@ static PetscErrorCode TSView_Adams(TS ts, PetscViewer viewer)
 }
 
 /*@
-  TSAdamsSetMaxOrder - the highest order of the predictor
+  TSAdamsSetMaxOrder - sets the highest order of the predictor
 
   Logically collective; before TSSetUp()
 
   Input Parameters:
 + ts    - of type TSADAMS, ignored otherwise
-- order - from 1 to 8; steps are of one order more
+- order - from 1 to 8; the order of a step is one more
 
   Options Database Key:
 . -ts_adams_max_order <5> - the same
@@ -141,7 +141,7 @@ PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The default of -ts_adams_max_corrections, of a TS of this type */
+/* Sets the default of -ts_adams_max_corrections for a TS of type TSADAMS. */
 PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most)
 {
   PetscBool same;
@@ -154,7 +154,7 @@ PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most)
 
 /* ---- a step ---- */
 
-/* weight of the estimate of order k: what its oldest derivative changes */
+/* Computes the weights of the estimate of order k, which is the change by its oldest derivative. */
 static void EstimateWeights(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
 {
   PetscReal less[SLIP_ADAMS_NODES];
@@ -164,14 +164,14 @@ static void EstimateWeights(const TS_Adams *ad, PetscReal h, PetscInt k, PetscRe
   for (PetscInt j = 0; j <= k; j++) weight[j] = h * (weight[j] - (j < k ? less[j] : 0));
 }
 
-/* Is the estimate of the order above known, and looked at? */
+/* Returns whether the estimate of the next higher order exists and is used. */
 static PetscBool MayRaise(const TS_Adams *ad)
 {
   return ad->order < ad->max_order && ad->n > ad->order && ad->since >= ad->order ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The norms of so many estimates from this rank's sums, of entries that have a tolerance: those of ad->inverse, or
-   sums' own. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
+/* Computes the norms of the estimates from the sums of each rank over entries with a tolerance, which ad->inverse or
+   sums counts. good: all numbers are finite; useless norms become FAR_TOO_LONG. Collective. */
 static PetscErrorCode TakeNorms(TS ts, const SlipAdamsSums *sums, PetscBool inverse, PetscInt estimates, NormType type,
                                 PetscBool *good)
 {
@@ -191,14 +191,14 @@ static PetscErrorCode TakeNorms(TS ts, const SlipAdamsSums *sums, PetscBool inve
   for (PetscInt k = 0; k < estimates; k++) {
     const PetscReal norm = type == NORM_INFINITY ? all[k] : PetscSqrtReal(all[k] / PetscMax(all[3 + k], 1));
 
-    /* at least what is left of a step so short that nothing is, as controllers divide by it */
+    /* a very short step can have no error, but controllers divide by the norm */
     ad->norms[k] = *good && norm < BOUNDS ? PetscMax(norm, 1e-10) : FAR_TOO_LONG;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = start + the sum of m derivatives, f* first if star, times weight[0]; with the norms, of all ranks, of so many
-   estimates by the other weights. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
+/* Computes y = start + the sum of m derivatives times weight[0], where f* is the first if star is true, and the norms
+   over all ranks of the estimates by the other weights. good is that of TakeNorms(). Collective. */
 static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal weight[][SLIP_ADAMS_NODES],
                             PetscInt estimates, NormType type, Vec y, PetscBool *good)
 {
@@ -235,13 +235,13 @@ static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = the corrected state, with the norms of its estimates */
+/* Computes the corrected state y and the norms of its estimates. */
 static PetscErrorCode Correct(TS ts, NormType type, Vec y, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscReal h = ts->time_step;
   const PetscInt k = ad->order;
-  const PetscBool more = ad->n > k ? PETSC_TRUE : PETSC_FALSE; /* a derivative more is known */
+  const PetscBool more = ad->n > k ? PETSC_TRUE : PETSC_FALSE; /* one more derivative is stored */
   PetscReal weight[4][SLIP_ADAMS_NODES] = {{0}}, beyond[SLIP_ADAMS_NODES];
 
   PetscFunctionBegin;
@@ -259,7 +259,7 @@ static PetscErrorCode Correct(TS ts, NormType type, Vec y, PetscBool *good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The order of the next step, and the norm of its estimate in this one */
+/* Chooses the order of the next step and sets the norm of this step's estimate of that order. */
 static void ChooseOrder(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -277,7 +277,7 @@ static void ChooseOrder(TS ts)
   }
 }
 
-/* The norm that goes with the order of the next step, once an attempt, whoever asks */
+/* Returns the norm of the estimate for the order of the next step; an attempt computes it once. */
 static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -295,7 +295,8 @@ static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* vec_sol at the end of an attempt; not good: it left the domain of the right-hand side, and vec_sol is nothing */
+/* Computes vec_sol at the end of an attempt. If not good, the attempt left the domain of the right-hand side, and
+   vec_sol is not defined. */
 static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -325,7 +326,7 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One more derivative, at the front; what falls off the end is its memory. */
+/* Inserts a new derivative at the front, in the memory of the one that leaves at the end. */
 static PetscErrorCode PushRate(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -347,7 +348,7 @@ static PetscErrorCode PushRate(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Begin anew from one derivative: the order grows again, a step at a time. */
+/* Restarts from one derivative; the order grows again by one per step. */
 static PetscErrorCode Begin(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -380,7 +381,7 @@ static PetscErrorCode Accept(TS ts)
   TS_Adams *ad = (TS_Adams *)ts->data;
 
   PetscFunctionBegin;
-  if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
+  if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as in constant steps */
   ad->dense = ad->order + 1;
   for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ad->at.h;
   ad->since = ad->next == ad->order ? ad->since + 1 : 0;
@@ -389,8 +390,8 @@ static PetscErrorCode Accept(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Derivatives of steps before say nothing of one that is much shorter than those: where it was refused more than once,
-   or led nowhere, only that of the start is kept, and the order grows again. */
+/* Derivatives of earlier steps are useless for a much shorter step: after two rejected attempts, or one that left the
+   domain, only the derivative at the start is used, and the order grows again. */
 static PetscErrorCode Retry(TS ts, PetscBool good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -417,10 +418,10 @@ static PetscErrorCode TSStep_Adams(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Within the last step: the polynomial through both its ends whose slope there, and at the starts of the steps before
-   that its order takes in, are the derivatives. Of order 1 that is Hermite's cubic. Where rates grow tenfold in a step
-   a cubic is off by a multiple of the tolerance that the step was accepted with. What the integral of the slopes misses
-   of the step goes to 6 x (1 - x), which is 0 at both ends. */
+/* Interpolates within the last step by the polynomial through both ends of the step whose slopes there, and at the
+   starts of as many earlier steps as its order has, are the derivatives. For order 1 that is Hermite's cubic. Where
+   rates grow tenfold in a step a cubic has an error of several tolerances. The difference between the step and the
+   integral of the slopes is distributed as 6 x (1 - x), which is 0 at both ends. */
 static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -441,13 +442,13 @@ static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a checkpoint needs beside time, step and state */
+/* Writes or reads what a checkpoint needs besides time, step and state. */
 static PetscErrorCode State_Adams(TS ts, SlipState s)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
 
   PetscFunctionBegin;
-  if (!SlipStateIsLoading(s) && ts->steprestart) ad->n = 0; /* as the next step begins anew */
+  if (!SlipStateIsLoading(s) && ts->steprestart) ad->n = 0; /* the next step restarts */
   PetscCall(SlipStateCount(s, "derivatives", ADAMS_MAX + 1, &ad->n));
   PetscCall(SlipStateInt(s, "order", 1, &ad->order));
   PetscCall(SlipStateInt(s, "steps_with_it", 1, &ad->since));
@@ -474,19 +475,18 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   Level: beginner
 
   Notes:
-  For problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit pairs of Runge and Kutta
-  take 3 (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic,
-  dsp, pi, heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves the
-  domain of the right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below the
-  rounding of time, by an error. After two refused attempts the formulas begin anew at order 1. A constant step
-  (TSADAPTNONE) that leaves the domain ends the run: steps of the length that was asked for before it have spoilt the
-  state.
+  The method is for problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit Runge-Kutta
+  pairs evaluate it 3 (3bs) to 6 (5dp) times a step. Each step chooses its order anew, from 1 to the highest. TSAdapt
+  types basic, dsp, pi, heuristic and rl control the step by the estimate of the next order. An attempt is rejected if
+  it leaves the domain of the right-hand side (TSSetFunctionDomainError()) or is not finite; a step below the rounding
+  of time is an error. After two rejected attempts the formulas restart at order 1. A constant step (TSADAPTNONE) that
+  leaves the domain ends the run, because the equally long steps before it have made the state inaccurate.
 
-  Where the problem knows how fast its solution relaxes (SlipProblemOps.relaxation) and the error allows steps that are
-  not stable with one correction, a step with a predictor of order 1 to 4 is corrected as often as it needs: 2 to 5
-  times for 6 to 28 relaxation times at order 2. Such steps are to be 40 times as exact as the tolerance: errors between
-  events become those of the times of events. Under constant steps and rl each is corrected once, and so is each of a
-  fault whose friction sticks and whose stress changes: kinks leave errors of one sign in longer steps.
+  If the problem has the operation SlipProblemOps.relaxation, the rate at which its solution relaxes, and the error
+  allows steps that one correction does not make stable, a step with a predictor of order 1 to 4 has as many corrections
+  as it needs: 2 to 5 for 6 to 28 relaxation times at order 2. Their error must be 40 times below the tolerance, because
+  errors between events add up to those of the times of events. Constant steps, steps of rl, and steps of a fault with
+  sticking friction and changing stress have one correction: kinks cause errors of one sign in longer steps.
 
   References:
 . * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.

@@ -1,23 +1,23 @@
-/* Steps of TSADAMS that are corrected more than once, where stability and not the error limits them: m corrections are
-   stable over some 0.8 ((m + 1)^2 - 1) relaxation times with a predictor of order 2, two thirds of that with one of
-   order 3, for m + 1 right-hand sides, and have the order and the derivatives of one (src/core/adamsweights.c). */
+/* TSADAMS corrects a step more than once where stability and not the error limits it. A step with m corrections is
+   stable over about 0.8 ((m + 1)^2 - 1) relaxation times with a predictor of order 2, two thirds of that with order 3,
+   and takes m + 1 right-hand sides; order and derivatives are those of one correction (src/core/adamsweights.c). */
 #include <slipstep/private/slipts.h>
 
-/* Steps with one correction are stable to some three relaxation times, of the order that errors near there lead to. */
+/* A step with one correction is stable to about 3 relaxation times, at the order that is chosen near that limit. */
 #define STABLE 3
-/* Margin of the fastest rate, which is found by products, from below */
+/* Margin of the fastest rate, because products estimate it from below */
 #define RATE_MARGIN 1.05
-/* A step beyond STABLE is to be this much more exact than the tolerance: errors of quiet times add up to those of the
-   times of events, and steps that stability limits are that exact. */
+/* The error of a step beyond STABLE must be so many times below the tolerance: errors of quiet times add up to errors
+   of the times of events, and steps that stability limits are as accurate. */
 #define EXACT 40
-/* Two corrections pay from a step 1.5 times as long on, which a controller at the bound may not ask for: pi asks for
-   1.2. So many times the step that it asks for are looked at, as far as they are EXACT: with cells of 500 m 0.78 of the
-   products of BP5 at the same error. */
+/* Two corrections pay if the step becomes 1.5 times as long, but a controller at the bound may not propose that: pi
+   proposes 1.2. Steps up to so many times the proposed one are therefore considered if they are EXACT. With cells of
+   500 m, BP5 then takes 0.78 of the products at the same error. */
 #define LEAP 2
-/* A rate that has grown since the step before grows by no more within the next one. */
+/* Largest assumed growth of the rate within the next step */
 #define MOST_GROWTH 2
 
-/* Weights of the corrector with k derivatives beside f*; [0] is that of f* */
+/* Computes the weights of the corrector with k derivatives besides f*; weight[0] is that of f*. */
 void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
 {
   PetscReal node[SLIP_ADAMS_NODES] = {1};
@@ -26,7 +26,7 @@ void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal w
   SlipAdamsWeights(k + 1, node, weight);
 }
 
-/* Weight of the new derivative in the corrector, over h */
+/* Returns the weight of the new derivative in the corrector over h. */
 static PetscReal Gamma(const TS_Adams *ad, PetscReal h, PetscInt k)
 {
   PetscReal weight[SLIP_ADAMS_NODES];
@@ -37,8 +37,8 @@ static PetscReal Gamma(const TS_Adams *ad, PetscReal h, PetscInt k)
 
 /* ---- how many, and how long a step ---- */
 
-/* Corrections of a step of hr relaxation times with a predictor of order k: the least that are stable, or as many as
-   may be */
+/* Returns the number of corrections of a step of hr relaxation times with a predictor of order k: the smallest number
+   that is stable, or the largest allowed one. */
 static PetscInt Needed(const TS_Adams *ad, PetscInt k, PetscReal gamma, PetscReal hr)
 {
   PetscInt m = 2;
@@ -48,8 +48,8 @@ static PetscInt Needed(const TS_Adams *ad, PetscInt k, PetscReal gamma, PetscRea
   return m;
 }
 
-/* What a step of hr relaxation times is cut to: stable, and no longer than it pays in right-hand sides, whose number is
-   *cost */
+/* Returns the length, in relaxation times, to which a step of hr is cut so that it is stable and advances the most per
+   right-hand side; *cost is their number. */
 static PetscReal Bound(const TS_Adams *ad, PetscInt k, PetscReal gamma, PetscReal hr, PetscInt *cost)
 {
   const PetscInt m = Needed(ad, k, gamma, hr);
@@ -64,14 +64,14 @@ static PetscReal Bound(const TS_Adams *ad, PetscInt k, PetscReal gamma, PetscRea
   return less;
 }
 
-/* How many relaxation times a step may be long, after one of hr whose estimate of order k has this norm */
+/* Returns the allowed length, in relaxation times, after a step of hr whose estimate of order k has this norm. */
 static PetscReal Exact(PetscInt k, PetscReal norm, PetscReal hr)
 {
   return PetscMax(STABLE, hr * PetscPowReal(EXACT * norm, -1 / (PetscReal)(k + 1)));
 }
 
-/* How much longer a step of order k may be by its estimate; beyond what is stable with one correction, for as many
-   right-hand sides as that takes */
+/* Returns the factor by which a step of order k may be longer by its estimate. Beyond the stability of one correction
+   the factor is per right-hand side. */
 PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k)
 {
   const TS_Adams *ad = (TS_Adams *)ts->data;
@@ -84,7 +84,7 @@ PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k)
   return bound / hr * 2 / (PetscReal)cost;
 }
 
-/* Corrections of the attempt, whose rate may grow as it did in the step before */
+/* Sets the number of corrections of the attempt, in which the rate may grow as in the step before. */
 void SlipAdamsCount(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -92,14 +92,14 @@ void SlipAdamsCount(TS ts)
   PetscReal grown = 1;
 
   ad->corrections = 1;
-  if (hr <= STABLE) return; /* as it was bounded */
+  if (hr <= STABLE) return; /* one correction is stable */
   if (ad->rates[1] > 0) grown = PetscPowReal(ad->rates[0] / ad->rates[1], h / ad->at.h);
   ad->corrections = Needed(ad, ad->order, Gamma(ad, h, ad->order), PetscClipInterval(grown, 1, MOST_GROWTH) * hr);
 }
 
-/* Steps are stable to some three relaxation times with one correction, and with more as long as pays. A learned
-   controller observes them, and constant steps are the user's; others go by an error that shows an instability when it
-   is there. */
+/* Bounds the next step to what is stable with the number of corrections that pays. A learned controller observes the
+   relaxation times and constant steps are the user's choice, so these are not bounded; the other controllers see an
+   instability in the error only after it has begun. */
 PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -125,7 +125,7 @@ PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ct
 
 /* ---- corrections ---- */
 
-/* y += weight (f - extrapolated); good: it is a state at t */
+/* y += weight (f - extrapolated); good: y is in the domain of the right-hand side at t. */
 static PetscErrorCode Relax(TS ts, PetscReal t, Vec extrapolated, PetscReal weight, Vec f, Vec y, PetscBool *good)
 {
   PetscFunctionBegin;
@@ -135,8 +135,8 @@ static PetscErrorCode Relax(TS ts, PetscReal t, Vec extrapolated, PetscReal weig
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = the corrected state from the predicted one, with its derivative in ad->star, at first that of the predicted one.
-   Factor by factor of src/core/adamsweights.c; one of degree 2, 1 - a x + b x^2, goes by way of a state between. */
+/* Corrects the predicted state to y. ad->star is the derivative of the predicted state on entry, that of y on return.
+   Corrections are the factors of src/core/adamsweights.c; one of degree 2, 1 - a x + b x^2, needs a state between. */
 PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -147,7 +147,7 @@ PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good
   const PetscInt k = ad->order;
 
   PetscFunctionBegin;
-  /* with the derivative to which those before extrapolate the corrected state would be the predicted one */
+  /* with the derivative that extrapolates the earlier ones, the corrector would return the predicted state */
   for (PetscInt j = 0; j < k; j++) node[j] = -ad->age[j] / h;
   SlipAdamsWeights(k, node, weight);
   SlipAdamsCorrector(ad, h, k, corrector);

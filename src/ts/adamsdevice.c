@@ -1,8 +1,8 @@
-/* What adamssum.c does, on a device: a step's sums and the norms of its estimates in one pass over memory there. */
+/* adamssum.c on a device: one pass over its memory computes a step's sums and the norms of its estimates. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
-/* As kernels/adams.cl has them */
+/* The same struct as in kernels/adams.cl */
 typedef struct {
   PetscReal of[4][SLIP_ADAMS_NODES];
 } Weights;
@@ -27,7 +27,7 @@ PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m, const Petsc
   for (PetscInt j = 0; j <= estimates; j++)
     for (PetscInt i = 0; i < m; i++) weights.of[j][i] = weight[j][i];
   for (PetscInt j = 0; j < SLIP_ADAMS_NODES; j++) {
-    const PetscInt i = PetscMin(j, m - 1); /* beyond the last one it again, with the weight 0 */
+    const PetscInt i = PetscMin(j, m - 1); /* indices beyond the last repeat it with the weight 0 */
 
     PetscCall(SlipDeviceVecRead(star ? (i ? ad->rate[i - 1] : ad->star) : ad->rate[i], &rate[j]));
   }

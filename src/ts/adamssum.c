@@ -1,11 +1,11 @@
-/* Sums of derivatives of TSADAMS and norms of its estimates, in one pass over memory: apart, a step would read each of
-   up to ten derivatives four times. Loops over a chunk that stays in the nearest cache, for vector units. */
+/* One pass over memory computes the sums of derivatives of TSADAMS and the norms of its estimates: separate ones would
+   read each of up to ten derivatives four times. Vectorized loops work on chunks that fit into the nearest cache. */
 #include <slipstep/private/slipts.h>
 
 enum { CHUNK = 256, AT_ONCE = 4 };
 
-/* y = start, if first, or y + the sum of four derivatives times w[0][]; and of so many estimates e, f and g are that
-   times w[1][] and so on, added to what they are unless it is the first. Of constants: a loop for each. */
+/* Adds four derivatives times w[0][] to y, which is start if first is set, and the same derivatives times w[1][] and so
+   on to the estimates e, f and g, which are 0 if first is set. Constant arguments give each case a loop of its own. */
 SLIP_VECTOR_PART void Four(PetscInt n, int first, int estimates, const PetscReal *restrict a,
                            const PetscReal *restrict b, const PetscReal *restrict c, const PetscReal *restrict d,
                            const PetscReal w[][AT_ONCE], const PetscReal *restrict start, PetscReal *restrict y,
@@ -36,8 +36,8 @@ FOUR(AddTwo, 0, 2)
 FOUR(FirstOfThree, 1, 3)
 FOUR(AddThree, 0, 3)
 
-/* The estimate e over its tolerance in each entry, 0 where that is 0; PETSc's: absolute and that share of the larger
-   one of y and y + e. The number of entries where it is not 0. */
+/* Divides each entry of the estimate e by its tolerance, and sets it to 0 where the tolerance is 0. The tolerance is
+   PETSc's: absolute plus relative times the larger one of |y| and |y + e|. Returns the number of nonzero tolerances. */
 SLIP_VECTOR static PetscInt Weigh(PetscInt n, const PetscReal *restrict absolute, const PetscReal *restrict relative,
                                   const PetscReal *restrict y, PetscReal *restrict e)
 {
@@ -53,8 +53,8 @@ SLIP_VECTOR static PetscInt Weigh(PetscInt n, const PetscReal *restrict absolute
   return count;
 }
 
-/* Largest |x| and sum of squares of each place of the chunks so far, of x times inverse unless that is NULL, which has
-   tolerances that do not depend on y; what is no number stays in the sum */
+/* Updates the largest |x| and the sum of squares for each place in a chunk; x is multiplied by inverse unless that is
+   NULL. inverse has tolerances that do not depend on y. A NaN stays in the sum. */
 SLIP_VECTOR static void Gather(PetscInt n, const PetscReal *restrict x, const PetscReal *restrict inverse,
                                PetscReal *restrict most, PetscReal *restrict squares)
 {
@@ -79,7 +79,7 @@ SLIP_VECTOR static void AddNumbers(PetscInt n, const PetscReal *restrict x, Pets
 
 /* ---- one rank's share of a step ---- */
 
-/* Those of a chunk from entry i on, of vectors or numbers */
+/* Returns the tolerances of a chunk from entry i on, from a vector or from a number. */
 static const PetscReal *Tolerance(const PetscReal vector[], PetscReal number, PetscInt i, PetscInt n, PetscReal room[])
 {
   if (vector) return vector + i;
@@ -87,8 +87,8 @@ static const PetscReal *Tolerance(const PetscReal vector[], PetscReal number, Pe
   return room;
 }
 
-/* y = start + the sum of m derivatives times weight[0], and of each of so many estimates, the sum of derivatives times
-   its weight, sums over its tolerance: added up in sums. finite: y and the estimates are numbers. */
+/* Computes y = start + the sum of m derivatives times weight[0]. Each estimate is the sum of derivatives times its own
+   weight; sums collects its norms relative to the tolerance. finite: y and the estimates are finite. */
 void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscReal *const rate[],
                   const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, const SlipAdamsTolerance *tolerance,
                   PetscReal y[], SlipAdamsSums *sums)
@@ -107,7 +107,7 @@ void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscRe
       PetscReal w[4][AT_ONCE] = {{0}};
 
       for (PetscInt l = 0; l < AT_ONCE; l++) {
-        r[l] = rate[PetscMin(j + l, m - 1)] + i; /* beyond the last one with the weight 0 */
+        r[l] = rate[PetscMin(j + l, m - 1)] + i; /* indices beyond the last have the weight 0 */
         for (PetscInt k = 0; k < estimates + 1 && j + l < m; k++) w[k][l] = weight[k][j + l];
       }
       (*add[estimates ? estimates - 1 : 0][j > 0])(here, r[0], r[1], r[2], r[3], (const PetscReal(*)[AT_ONCE])w,
@@ -128,12 +128,12 @@ void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscRe
       sums->squares[k] += squares[k][i];
     }
   }
-  /* a norm that is no number does not pass for one */
+  /* a norm that is NaN must not look finite */
   for (PetscInt k = 0; k < estimates; k++)
     if (PetscIsInfOrNanReal(sums->squares[k])) sums->most[k] = PETSC_MAX_REAL;
 }
 
-/* Of vectors of tolerances without relative ones, inverse is kept until they change. */
+/* Gets the tolerances. The inverse of vectors of absolute ones without relative ones is cached until they change. */
 PetscErrorCode SlipAdamsGetTolerance(TS ts, SlipAdamsInverse *kept, SlipAdamsTolerance *tolerance)
 {
   Vec v[2] = {ts->vatol, ts->vrtol};

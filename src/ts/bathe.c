@@ -1,4 +1,4 @@
-/* TSBATHE as a PETSc TS type: life, options, view, interpolation. The step is in bathestep.c, its stages in
+/* TSBATHE as a PETSc TS type: creation, options, view, interpolation. The step is in bathestep.c, its stages in
    bathestage.c. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
@@ -56,7 +56,7 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options that another choice leaves without an effect: named once */
+/* Warns once of options that have no effect because of another choice. */
 static PetscErrorCode TSBatheWarnOfIdle(TS ts)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;
@@ -95,7 +95,7 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rule of stage 1 where nobody chose one, TSBatheSetFirstStage() */
+/* Chooses the rule of stage 1 where TSBatheSetFirstStage() was not called. */
 static PetscErrorCode TSBatheChooseFirstStage(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -236,8 +236,8 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cubic through the step's start, an inner state and its end, with the end's derivative: fourth order locally, and
-   it needs no derivative at the start */
+/* Interpolates by the cubic through the step's start, an inner state and its end, with the end's derivative. It is of
+   fourth order locally and needs no derivative at the start. */
 static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -256,7 +256,7 @@ static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
     s = (t - ts->ptime_prev) / h;
     break;
   }
-  if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->last.solves == 1) { /* Hermite's, as both ends' are known */
+  if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->last.solves == 1) { /* Hermite's cubic */
     vecs[0] = ba->X0;
     weight[0] = (1 + 2 * s) * PetscSqr(1 - s);
     vecs[1] = ba->Y[1];
@@ -305,7 +305,7 @@ static PetscErrorCode TSGetStages_Bathe(TS ts, PetscInt *n, Vec **Y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stability function: trapezoidal or backward to gamma, then the three-point backward formula */
+/* Computes the stability function of the trapezoidal or backward rule and the three-point backward formula. */
 static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscReal xi, PetscReal *yr, PetscReal *yi)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -328,43 +328,43 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   formula from there to t + h
 
   Options Database Keys:
-+ -ts_bathe_method <implicit,explicit,auto>  - how steps are computed, TSBatheSetMethod()
++ -ts_bathe_method <implicit,explicit,auto>  - method of steps, TSBatheSetMethod()
 . -ts_bathe_gamma <0.5>                      - split of the step, dimensionless
 . -ts_bathe_first_stage <trapezoidal,backward> - rule of stage 1
 . -ts_bathe_reaction <trapezoidal,implicit>  - treatment of a set-valued reaction in stage 1
 . -ts_bathe_error <embedded,doubling,none>   - error estimate
 . -ts_bathe_order <1>                        - order p assumed by doubling
-. -ts_bathe_stage_error <0.1>                - what inexact solves of stages may add to a step's error, over that
+. -ts_bathe_stage_error <0.1>                - error that inexact solves of stages may add, over a step's error
 - -ts_bathe_max_failures <50>                - attempts in a row that may fail to converge
 
   Level: beginner
 
   Notes:
-  Second order and L-stable for gamma in (0, 1). Without a constraint it integrates any TSSetRHSFunction() or
-  TSSetIFunction() problem, differential-algebraic ones of index 1 included; with one (TSBatheSetConstraint()) stages
-  are solved by SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns. Both stages are backward where
-  there is an IFunction: the trapezoidal one is for those that are A w' + f(t, w) with a constant A
-  (TSBatheSetFirstStage()).
+  The method is of second order and L-stable for gamma in (0, 1). Without a constraint it integrates any
+  TSSetRHSFunction() or TSSetIFunction() problem, also differential-algebraic ones of index 1. With a constraint
+  (TSBatheSetConstraint()) SNESSEMISMOOTH or SNESPROJECTION solves stages for the constraint's reduced unknowns. Both
+  stages are backward where there is an IFunction: the trapezoidal one is for an IFunction A w' + f(t, w) with a
+  constant A (TSBatheSetFirstStage()).
 
-  A stage that does not converge is no end: its attempt is repeated with the step that the controller chooses, or
-  PETSc's -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed. PETSc's defaults of
-  one failed solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures, -ts_max_reject and their
-  functions with other numbers hold. The latter counts the attempts that the controller rejects. Constant steps
-  (TSADAPTNONE) become shorter then, which is said, and grow back to what they were.
+  A stage that does not converge does not end the run: the attempt is repeated with the step that the controller
+  chooses, or that of PETSc's -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed.
+  PETSc's defaults of one failed solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures,
+  -ts_max_reject and their functions with other numbers hold. The latter counts the attempts that the controller
+  rejects. Constant steps (TSADAPTNONE) become shorter then, with a warning, and grow back to their length.
 
-  Stages of a constraint whose operator is affine are solved as exactly as the error of the step asks
+  Stages of a constraint whose operator is affine are solved as accurately as the error of the step needs
   (TSBatheSetStageError()); the first step after a start, steps without an estimate and those under -snes_rtol are
   solved to rounding.
 
   The embedded estimate is zero in the rate rows of cells that stick at the end of the step: their rate is exact
   there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
 
-  The embedded estimate costs no solve. It needs w' at the start: a problem given by TSSetIFunction() only does not say
-  it, so the first step after a start or TSRestartStep() is estimated by doubling.
+  The embedded estimate costs no solve. It needs w' at the start, which a problem given by TSSetIFunction() alone does
+  not determine, so doubling estimates the first step after a start or TSRestartStep().
 
-  Doubling is left out, and the solution is then the single step h, when the controller says that it needs no error
-  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none or history unless -ts_bathe_error doubling was asked for. Both
-  change neither the order of the method nor any decision, as such a controller never looks at an error.
+  There is no doubling, and the solution is the single step h, if the controller needs no error
+  ("TSAdaptNeedsError_C"), and with -ts_adapt_type none or history unless -ts_bathe_error doubling is given. That
+  changes neither the order of the method nor any decision, because such a controller does not use the error.
 
   References:
 + * - K. J. Bathe, M. M. I. Baig, On a composite implicit time integration procedure for nonlinear dynamics,
@@ -396,14 +396,14 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ts->ops->setfromoptions = TSSetFromOptions_Bathe;
   ts->default_adapt_type = TSADAPTNONE;
   ts->usessnes = PETSC_TRUE;
-  /* options that are given are read later */
+  /* given options are read later */
   ba->lifted_failures = ts->max_snes_failures == PETSC_FAILURES ? PETSC_TRUE : PETSC_FALSE;
   ba->lifted_rejections = ts->max_reject == PETSC_REJECTIONS ? PETSC_TRUE : PETSC_FALSE;
   if (ba->lifted_failures) ts->max_snes_failures = SLIP_UNLIMITED;
   if (ba->lifted_rejections) ts->max_reject = SLIP_UNLIMITED;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
   PetscCall(PetscObjectQuery((PetscObject)ts, TSBATHE_CONSTRAINT, (PetscObject *)&ba->con));
-  if (ba->con) { /* of the other type that it was, TSBatheSetConstraint() */
+  if (ba->con) { /* the TS had it as the other type, TSBatheSetConstraint() */
     PetscCall(PetscObjectReference((PetscObject)ba->con));
     PetscCall(SlipConstraintGetOps(ba->con, &ba->ops));
     PetscCall(SlipConstraintGetContext(ba->con, &ba->ctx));
@@ -431,15 +431,15 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   Level: beginner
 
   Notes:
-  Of A dw/dt = F_s + r the rates x take half a step with the forces of the start, the other rows a step with these
-  rates, and the rates the other half with the forces of the end: Stoermer's and Verlet's method, of second order, with
-  the reaction found in both halves cell by cell. What sticks has x = 0 exactly. A step costs one product with the
-  stiffness and one with the viscosity, whose damping is that of the step's inner rate: the first half takes what the
-  last two steps make it expect of it. There is no nonlinear solve.
+  In A dw/dt = F_s + r the rates x advance half a step with the forces of the start, the other rows a step with these
+  rates, and the rates the second half with the forces of the end. This is the Stoermer-Verlet method of second order,
+  which finds the reaction in both halves cell by cell. Sticking cells have x = 0 exactly. A step costs one product with
+  the stiffness and one with the viscosity, whose damping is that of the step's inner rate: the first half extrapolates
+  it from the last two steps. There is no nonlinear solve.
 
   The constraint (TSBatheSetConstraint()) needs explicit_ops of SlipConstraintOps; faults with inertia and small systems
-  have them. Steps are cut to what is stable, TSBatheGetLongestStep(), whatever the controller asks for. All else,
-  functions as well as options, is that of TSBATHE, of which this is the method TSBATHE_METHOD_EXPLICIT.
+  have them. Steps of any controller are cut to what is stable, TSBatheGetLongestStep(). All other functions and options
+  are those of TSBATHE, whose method TSBATHE_METHOD_EXPLICIT this is.
 
   References:
 + * - J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, Nonsmooth Mechanics and

@@ -1,10 +1,10 @@
-/* TSBATHE's setters and getters of choices and of the reaction: they reach into the data of a TS of type bathe. Setters
-   of choices leave other types alone, as PetscTryMethod() would; the rest is an error there, as PetscUseMethod() would
-   make it. */
+/* TSBATHE's setters and getters of choices and of the reaction, which access the data of a TS of type bathe. Setters of
+   choices ignore other types, as PetscTryMethod() would; for other types all else is an error, as with
+   PetscUseMethod(). */
 #include <slipstep/private/slipts.h>
 
 /*@
-  TSBatheIs - whether a TS is of type TSBATHE or TSMOREAU, which have the same functions
+  TSBatheIs - returns whether a TS is of type TSBATHE or TSMOREAU, which have the same functions
 
   Not collective
 
@@ -12,7 +12,7 @@
 . ts - the TS, of any type
 
   Output Parameter:
-. is - it is
+. is - `PETSC_TRUE`: it is of one of these types
 
   Level: intermediate
 
@@ -26,7 +26,7 @@ PetscErrorCode TSBatheIs(TS ts, PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The data of a TS of type bathe or moreau; NULL for another type, an error if required */
+/* Gets the data of a TS of type bathe or moreau; for another type *ba is NULL, or it is an error if required. */
 PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
 {
   PetscBool bathe;
@@ -40,7 +40,7 @@ PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
 }
 
 /*@
-  TSBatheSetGamma - split of the step into its trapezoidal and its backward part
+  TSBatheSetGamma - sets the split of the step into its trapezoidal and its backward part
 
   Logically collective
 
@@ -73,7 +73,7 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
 }
 
 /*@
-  TSBatheGetGamma - split of the step
+  TSBatheGetGamma - gets the split of the step
 
   Not collective
 
@@ -98,7 +98,7 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
 }
 
 /*@
-  TSBatheSetFirstStage - the rule of stage 1
+  TSBatheSetFirstStage - sets the rule of stage 1
 
   Logically collective
 
@@ -112,14 +112,14 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
   Level: intermediate
 
   Notes:
-  With the backward rule the step is Alexander's second formula of order two, L-stable and algebraically stable; gamma
-  and the treatment of the reaction, which no stage averages then, do not count. It is for steps that are long against
-  the times of inertia and radiation, such as those of a fault that creeps between events: the trapezoidal rule repeats
-  there with the opposite sign what the forces of the start lack in balance.
-  Faults that are loaded, heal or have no inertia use it unless the option says otherwise, and so does a problem that
-  TSSetIFunction() gives. The trapezoidal rule takes F(t, w, w') from the start of the step as F(t, w, 0). That is right
-  where F is A w' + f(t, w) with a constant A that has an inverse; it is a wrong solution where F is not linear in w',
-  order one where A changes, and algebraic equations are met in the mean of a step's ends only.
+  With the backward rule the step is Alexander's second formula of order two, L-stable and algebraically stable. It
+  ignores gamma and the treatment of the reaction, which no stage averages then. It is for steps that are longer than
+  the times of inertia and radiation, such as those of a fault that creeps between events: there the trapezoidal rule
+  repeats the unbalanced force of the start with the opposite sign.
+  Faults that are loaded, heal or have no inertia use it unless the option is given, and so do problems of
+  TSSetIFunction(). The trapezoidal rule evaluates F(t, w, w') at the start of the step as F(t, w, 0), which is correct
+  where F is A w' + f(t, w) with a constant, invertible A. The solution is wrong where F is not linear in w', of order
+  one where A changes, and it satisfies algebraic equations only in the mean of a step's ends.
 
 .seealso: TSBATHE, TSBatheGetFirstStage(), TSBatheSetGamma(), TSBatheSetReactionType()
 @*/
@@ -141,7 +141,7 @@ PetscErrorCode TSBatheSetFirstStage(TS ts, TSBatheFirstStage rule)
 }
 
 /*@
-  TSBatheGetFirstStage - the rule of stage 1
+  TSBatheGetFirstStage - gets the rule of stage 1
 
   Not collective
 
@@ -166,7 +166,7 @@ PetscErrorCode TSBatheGetFirstStage(TS ts, TSBatheFirstStage *rule)
 }
 
 /*@
-  TSBatheSetReactionType - treatment of the set-valued reaction in stage 1
+  TSBatheSetReactionType - sets the treatment of the set-valued reaction in stage 1
 
   Logically collective
 
@@ -194,7 +194,7 @@ PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type)
 }
 
 /*@
-  TSBatheGetReactionType - treatment of the set-valued reaction in stage 1
+  TSBatheGetReactionType - gets the treatment of the set-valued reaction in stage 1
 
   Not collective
 
@@ -219,7 +219,7 @@ PetscErrorCode TSBatheGetReactionType(TS ts, TSBatheReactionType *type)
 }
 
 /*@
-  TSBatheSetError - how a step's error is estimated
+  TSBatheSetError - sets how a step's error is estimated
 
   Logically collective
 
@@ -246,12 +246,12 @@ PetscErrorCode TSBatheSetError(TS ts, TSBatheError error)
   ba->error = error;
   ba->error_set = PETSC_TRUE;
   ba->k0_known = PETSC_FALSE;
-  ba->sol_id = 0; /* K0 has not been kept: have the next step compute it */
+  ba->sol_id = 0; /* K0 is not stored: the next step computes it */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  TSBatheGetError - how a step's error is estimated
+  TSBatheGetError - gets how a step's error is estimated
 
   Not collective
 
@@ -276,14 +276,14 @@ PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
 }
 
 /*@
-  TSBatheSetStageError - how exactly stages with a set-valued reaction are solved
+  TSBatheSetStageError - sets how accurately stages with a set-valued reaction are solved
 
   Logically collective
 
   Input Parameters:
 + ts    - of type TSBATHE, ignored otherwise
-- share - what the solves may add to the local error of a step, over that error, dimensionless in [0, 1); 0: they end at
-          -snes_rtol and go on to rounding; 0.1 unless set
+- share - largest error that the solves may add to a step, over the step's local error, dimensionless in [0, 1); 0: they
+          end at -snes_rtol or at rounding; 0.1 unless set
 
   Options Database Key:
 . -ts_bathe_stage_error <0.1> - the same
@@ -291,9 +291,9 @@ PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
   Level: intermediate
 
   Note:
-  The estimate of the last attempt, over what the slip rates have changed by, is the error that the next one may
-  expect. Its stages leave that times the share of their first residual, a hundredth at most. With -snes_rtol, where
-  there is no estimate, and where the constraint is not affine (SlipConstraintOps) stages are solved to rounding.
+  The error estimate of the last attempt, over the change of the slip rates, predicts the error of the next one. Its
+  stages reduce their residual to share times that ratio of their first residual, and at least to a hundredth. With
+  -snes_rtol, without an estimate, and with a constraint that is not affine (SlipConstraintOps) they solve to rounding.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE
 
@@ -314,8 +314,8 @@ PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share)
 }
 
 /*@
-  TSBatheSetDoublingOrder - order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), of which
-  TSEvaluateWLTE() says that it goes with h^(p + 1)
+  TSBatheSetDoublingOrder - sets the order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), which
+  TSEvaluateWLTE() returns as proportional to h^(p + 1)
 
   Logically collective
 
@@ -346,7 +346,7 @@ PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p)
 }
 
 /*@
-  TSBatheGetDoublingOrder - order that step doubling assumes
+  TSBatheGetDoublingOrder - gets the order that step doubling assumes
 
   Not collective
 
@@ -371,7 +371,7 @@ PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p)
 }
 
 /*@
-  TSBatheGetOrder - order of the method as it is used: 2, or 1 when a set-valued reaction is treated implicitly
+  TSBatheGetOrder - gets the order of the method as it is used: 2, or 1 if a set-valued reaction is treated implicitly
 
   Not collective
 
@@ -379,7 +379,7 @@ PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p)
 . ts - of type TSBATHE
 
   Output Parameter:
-. order - of the global error in the step, dimensionless
+. order - the order of the global error in the step, dimensionless
 
   Level: advanced
 
@@ -399,13 +399,13 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
 }
 
 /*@
-  TSBatheSetConstraint - a set-valued reaction F_r in A dw/dt = F_s(t, w) + F_r
+  TSBatheSetConstraint - sets the constraint of a set-valued reaction F_r in A dw/dt = F_s(t, w) + F_r
 
   Collective
 
   Input Parameters:
 + ts  - of type TSBATHE or TSMOREAU (an error otherwise); the constraint stays when it becomes the other of the two
-- con - the constraint, with all its operations (a reference is kept)
+- con - the constraint, with all its operations; the TS takes a reference
 
   Level: intermediate
 
@@ -429,7 +429,7 @@ PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con)
   PetscCall(PetscObjectReference((PetscObject)con));
   PetscCall(SlipConstraintDestroy(&ba->con));
   ba->con = con;
-  PetscCall(PetscObjectCompose((PetscObject)ts, TSBATHE_CONSTRAINT, (PetscObject)con)); /* for the other type */
+  PetscCall(PetscObjectCompose((PetscObject)ts, TSBATHE_CONSTRAINT, (PetscObject)con)); /* for both types */
   PetscCall(SlipConstraintGetContext(con, &ba->ctx));
   PetscCall(VecDestroy(&ba->r));
   PetscCall(SlipConstraintCreateReduced(con, &ba->r));
@@ -443,7 +443,7 @@ PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con)
 }
 
 /*@
-  TSBatheGetConstraint - the constraint of a TSBATHE
+  TSBatheGetConstraint - gets the constraint of a TSBATHE
 
   Not collective
 
@@ -468,7 +468,7 @@ PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con)
 }
 
 /*@
-  TSBatheGetReaction - the accepted reaction at the current time; with the solution it is the restart state
+  TSBatheGetReaction - gets the accepted reaction at the current time; with the solution it is the restart state
 
   Not collective
 
@@ -496,7 +496,7 @@ PetscErrorCode TSBatheGetReaction(TS ts, Vec *r)
 }
 
 /*@
-  TSBatheSetInitialReaction - the reaction that the next start or restart begins with, instead of the static balance
+  TSBatheSetInitialReaction - sets the reaction with which the next start or restart begins instead of static balance
 
   Collective
 

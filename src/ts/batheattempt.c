@@ -1,13 +1,13 @@
-/* What TSBATHE says of its attempts: the record of the last one, totals, monitors, why one failed, and estimates for
-   those who estimate errors of whole runs. */
+/* What TSBATHE reports of its attempts: the record of the last one, totals, monitors, why one failed, and estimates
+   from which errors of whole runs are computed. */
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 
-/* Of a stage's first residual: less of it says that the solver was on its way */
+/* A residual below this share of a stage's first one shows that the solver was converging */
 static const PetscReal floor_share = 1e-3;
 
 /*@
-  TSBatheGetLastAttempt - record of the last attempted step
+  TSBatheGetLastAttempt - gets the record of the last attempted step
 
   Not collective
 
@@ -15,7 +15,7 @@ static const PetscReal floor_share = 1e-3;
 . ts - of type TSBATHE
 
   Output Parameter:
-. attempt - the record; while the controller chooses, accepted is not known yet and false
+. attempt - the record; its member accepted is false until the controller has chosen
 
   Level: intermediate
 
@@ -32,20 +32,20 @@ PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt)
 }
 
 /*@C
-  TSBatheMonitorSet - have a function called after every attempted step, accepted or not
+  TSBatheMonitorSet - adds a function that is called after every attempted step, accepted or rejected
 
   Logically collective
 
   Input Parameters:
 + ts      - of type TSBATHE
-. monitor - called in the order of registration, once the verdict is known
+. monitor - the function; monitors are called in the order of registration, after the attempt is accepted or rejected
 . ctx     - passed to monitor (NULL allowed)
-- destroy - destroys ctx with the TS or TSBatheMonitorCancel() (NULL allowed)
+- destroy - destroys ctx with the TS or by TSBatheMonitorCancel() (NULL allowed)
 
   Level: intermediate
 
   Note:
-  There may be any number of them. One with the same three arguments as an earlier one is not added again.
+  There may be any number of monitors. One with the same three arguments as an earlier one is not added again.
 
 .seealso: TSBatheMonitorCancel(), TSBatheGetLastAttempt(), TSMonitorSet()
 @*/
@@ -72,7 +72,7 @@ PetscErrorCode TSBatheMonitorSet(TS ts, TSBatheAttemptFn monitor, void *ctx, Pet
 }
 
 /*@
-  TSBatheMonitorCancel - forget all functions that are called after attempted steps
+  TSBatheMonitorCancel - removes all functions that are called after attempted steps
 
   Logically collective
 
@@ -82,7 +82,7 @@ PetscErrorCode TSBatheMonitorSet(TS ts, TSBatheAttemptFn monitor, void *ctx, Pet
   Level: intermediate
 
   Note:
-  Those of the output file and of error estimates of whole runs are such functions too.
+  This removes the functions of the output file and of error estimates of whole runs, too.
 
 .seealso: TSBatheMonitorSet(), TSMonitorCancel()
 @*/
@@ -103,7 +103,7 @@ PetscErrorCode TSBatheMonitorCancel(TS ts)
 }
 
 /*@
-  TSBatheGetTotals - counts since TSSolve() began
+  TSBatheGetTotals - gets the counts since TSSolve() began
 
   Not collective
 
@@ -111,8 +111,8 @@ PetscErrorCode TSBatheMonitorCancel(TS ts)
 . ts - of type TSBATHE
 
   Output Parameters:
-+ attempts - steps tried (each output may be NULL)
-. accepted - steps taken
++ attempts - attempted steps (each output may be NULL)
+. accepted - accepted steps
 . solves   - Bathe steps computed, more than attempts with step doubling
 . newton   - nonlinear iterations
 - linear   - linear iterations
@@ -137,7 +137,7 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
 }
 
 /*@
-  TSBatheGetExplicitAttempts - how many of the attempts since TSSolve() began were explicit steps
+  TSBatheGetExplicitAttempts - gets the number of attempts since TSSolve() began that were explicit steps
 
   Not collective
 
@@ -162,7 +162,7 @@ PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts)
 }
 
 /*@
-  TSBatheGetEstimates - what the last attempt knows beside its solution: its error, component by component, and dw/dt
+  TSBatheGetEstimates - gets the estimated error of the last attempt, component by component, and dw/dt at its end
 
   Not collective
 
@@ -172,18 +172,17 @@ PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts)
   Output Parameters:
 + error      - the estimated error in the layout and units of the solution, borrowed and valid until the next attempt;
                `NULL` when the last attempt did not converge or had no estimate, and when ts is not of type TSBATHE
-. scale      - dimensionless factor that makes of the error the solution minus a more accurate one, to the method's
-               order
-- derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` when not known
+. scale      - dimensionless factor: scale times error is the solution minus a more accurate one, to the method's order
+- derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` if not computed
 
   Level: advanced
 
   Notes:
   Each output may be `NULL`.
 
-  The embedded estimate is that difference, scale is 1. Doubling gives the two halves minus the whole, over 2^p - 1
-  with an assumed order p (-ts_bathe_order), 1 as published; the error of the halves is minus the difference over 2^q
-  - 1 with the order q of `TSBatheGetOrder()`.
+  The embedded estimate is that difference, with a scale of 1. Doubling returns the two halves minus the whole, over
+  2^p - 1 with an assumed order p (-ts_bathe_order), 1 as published; the error of the halves is minus that difference
+  over 2^q - 1 with the order q of `TSBatheGetOrder()`.
 
 .seealso: TSBatheGetLastAttempt(), TSBatheSetError(), TSBatheSetDoublingOrder()
 @*/
@@ -209,7 +208,7 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
 }
 
 /*@
-  TSBatheGetQuadrature - states of the last step, by which an integral over it is computed as the method integrates
+  TSBatheGetQuadrature - gets states and weights of the last step, with which the method's own quadrature integrates
 
   Not collective
 
@@ -217,17 +216,17 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
 . ts - of type TSBATHE, after an accepted step and before the next one
 
   Output Parameters:
-+ share  - of the step at which each of the three states is, from 0 to 1
-. weight - of the states: the integral of f(w) is the step times the sum of weight_i f(state_i)
-- state  - at the start, at an inner point and at the end, borrowed
++ share  - position of each of the three states in the step, from 0 to 1
+. weight - weights of the states: the integral of f(w) is the step times the sum of weight_i f(state_i)
+- state  - states at the start, at an inner point and at the end, borrowed
 
   Level: advanced
 
   Notes:
-  The inner state is that of the first stage, and the weights are the method's own, by which it forms the solution of
-  the stages' derivatives: of dw/dt the integral is the step's change to the last bits of the solver. Where the solution
-  has been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last but one,
-  and the weights are those of the quadratic through the three.
+  The inner state is that of the first stage. The weights are those with which the method adds up the derivatives of
+  stages: the integral of dw/dt is the change in the step to the accuracy of the solver. Where the solution was computed
+  in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last part but one, and the
+  weights are those of the quadratic through the three states.
 
   Errors: PETSC_ERR_ORDER before a step was accepted
 
@@ -260,25 +259,24 @@ PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[
 }
 
 /*@C
-  TSBatheSetParts - compute the solution of every step in parts, the error estimate being that of the whole
+  TSBatheSetParts - sets the number of parts in which the solution of every step is computed, with the whole's error
 
   Logically collective
 
   Input Parameters:
 + ts    - of type TSBATHE
-. parts - their number, even; 1: the whole
-. told  - called with the time [s] and the state at the end of each part, also of attempts that are rejected later; may
-          be `NULL`
+. parts - number of parts, even; 1: the step is not divided
+. told  - function that is called with the time [s] and the state at the end of each part, also of attempts that are
+          rejected later; may be `NULL`
 - ctx   - passed to told
 
   Level: advanced
 
   Note:
-  A run with the same controller then chooses steps of the same length at the same states, with a solution of parts of
-  them: the difference of two such runs is a Richardson estimate of the error of the coarser one. Steps put where they
-  were in time would not do, as an event that comes a little later meets the long steps meant for the rest after it.
-  With doubling, whose solution is one of halves already, it is computed in twice as many. Costs as many further Bathe
-  solves a step.
+  A run with the same controller then chooses equal steps at equal states, but computes the solution in parts of them:
+  the difference of two such runs is a Richardson estimate of the error of the coarser one. Equal times of steps would
+  not do that, because an event that comes a little later would meet the long steps meant for the rest after it. With
+  doubling, whose solution has two halves already, there are twice as many parts. Each part costs one more Bathe solve.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a number that is neither 1 nor even
 
@@ -298,7 +296,7 @@ PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the last solve was worst: cell of the constraint, or entry of the SNES residual */
+/* Finds the largest residual of the last solve, and its cell of the constraint or its entry of the SNES residual. */
 PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -318,8 +316,8 @@ PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Shorter steps make a solve converge unless its residual stands where rounding, differences or an approximate Jacobian
-   leave it. That is so where it is small and a first repetition, of a shorter step, has not halved it. */
+/* Warns if shorter steps will not make a solve converge, because rounding, differences or an approximate Jacobian limit
+   its residual: that is small then, and the first repetition, with a shorter step, has not halved it. */
 PetscErrorCode TSBatheTellFloor(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

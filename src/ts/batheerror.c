@@ -1,14 +1,14 @@
-/* TSBATHE's error estimates and the stage derivatives that they are made of; the embedded one's weights are in
-   src/core/batheweights.c. */
+/* TSBATHE's error estimates, and the derivatives at stages from which they are computed; src/core/batheweights.c has
+   the weights of the embedded estimate. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
-/* Shares of its first residual that a stage may leave: more lets sliding cells be taken for resting ones, less is no
-   cheaper than all that the solver can do */
+/* Limits of a stage's residual over its first residual: above the largest, sliding cells could be taken for resting
+   ones; below the least, a solve is no cheaper than one to rounding */
 static const PetscReal largest_share = 1e-2, least_share = 1e-9;
 
-/* k0 where no step has left it: RHSFunction, or A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does not give it
-   away. */
+/* Computes k0 where no earlier step has: by RHSFunction, or as A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does
+   not determine it. */
 PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -34,7 +34,7 @@ PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* k2 = (w2 - a1 w1 + a0 w0) / (b h), from stage 2 without a solve */
+/* Computes k2 = (w2 - a1 w1 + a0 w0) / (b h) from stage 2, without a solve. */
 PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -48,7 +48,7 @@ PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What follows, of cells with one component, whose rates are in ba->x */
+/* The next function on a device, for cells with one component, whose rates are in ba->x. */
 static PetscErrorCode DropStickingOnDevice(TS_Bathe *ba, PetscInt n, Vec e)
 {
   const PetscScalar *mark;
@@ -65,11 +65,10 @@ static PetscErrorCode DropStickingOnDevice(TS_Bathe *ba, PetscInt n, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zero e in the rows of cells that stick at the step's end. The constraint fixes their rate at exactly zero there,
-   while the derivatives of a cell that has just stopped jump: the formula would give an error of the order of the
-   rate itself however short the step, and a controller would chase it at every arrest. What the arrest does to the
-   accuracy still shows in the rows that integrate the rate (displacement and slip). The derivative of the rate of a
-   resting cell is zero likewise. */
+/* Sets e to 0 in the rate rows of cells that stick at the step's end. The constraint fixes their rate at exactly zero
+   there, while the derivatives of a cell that has just stopped jump: for any length of the step the formula would give
+   an error as large as the rate, and a controller would cut steps at every arrest. The rows that integrate the rate
+   (displacement and slip) still have the error of the arrest. The derivative of a resting cell's rate is also zero. */
 PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -86,18 +85,18 @@ PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetArray(ba->x, &x));
-  for (PetscInt i = 0; i < n; i += c) { /* a cell that slides along one axis does not rest along the other */
+  for (PetscInt i = 0; i < n; i += c) { /* a cell slides along both axes or rests along both */
     const PetscInt plane = PetscMin(c, 2);
     PetscBool sticks = PETSC_TRUE;
 
     for (PetscInt k = i; k < i + plane; k++)
       if (x[k] != 0.0) sticks = PETSC_FALSE;
     for (PetscInt k = i; k < i + plane; k++) x[k] = sticks ? 1.0 : 0.0;
-    for (PetscInt k = i + plane; k < i + c; k++) x[k] = x[k] == 0.0 ? 1.0 : 0.0; /* closed, whether it slides or not */
+    for (PetscInt k = i + plane; k < i + c; k++) x[k] = x[k] == 0.0 ? 1.0 : 0.0; /* a closed cell, sliding or not */
   }
   PetscCall(VecRestoreArray(ba->x, &x));
-  PetscCall(VecSet(ba->K1, 1.0)); /* which changes where r enters, by a sum or, of a cell that is closed, to 0 */
-  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx)); /* the rows that r enters */
+  PetscCall(VecSet(ba->K1, 1.0)); /* r changes the rows that it enters: by a sum, or for a closed cell to 0 */
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx));
   PetscCall(VecGetLocalSize(e, &n));
   PetscCall(VecGetArrayRead(ba->K1, &mark));
   PetscCall(VecGetArray(e, &ee));
@@ -108,7 +107,7 @@ PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e = w2 - w0 - h sum b^_i k_i; needs K0, K2 and the stages of the step */
+/* Computes e = w2 - w0 - h sum b^_i k_i from K0, K2 and the stages of the step. */
 PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -135,8 +134,8 @@ PetscErrorCode TSBatheEmbeddedError(TS ts, PetscReal h, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e = (w_half - w_full) / (2^p - 1); a smooth problem's own order is 2 when doubling stands in for the embedded
-   estimate */
+/* Computes e = (w_half - w_full) / (2^p - 1), with p = 2 for a smooth problem where doubling replaces the embedded
+   estimate. */
 PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -148,7 +147,7 @@ PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSErrorWeightedNorm() on the device */
+/* Computes TSErrorWeightedNorm() on the device. */
 static PetscErrorCode WeightedNormOnDevice(TS ts, Vec y, Vec z, NormType type, PetscReal *norm)
 {
   const PetscReal numbers[] = {ts->atol, ts->rtol, (ts->vatol ? 1 : 0) + (ts->vrtol ? 1 : 0)};
@@ -167,8 +166,8 @@ static PetscErrorCode WeightedNormOnDevice(TS ts, Vec y, Vec z, NormType type, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The problem's norm of E, or the weighted one with the tolerances of the TS, relative to the larger of the two
-   solutions compared */
+/* Computes the problem's own norm of E, or else the norm weighted by the tolerances of the TS, relative to the larger
+   of the two compared solutions. */
 PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -196,8 +195,8 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The local error of the rates over their change within the attempt, from which the next ones tell how exactly stages
-   have to be solved */
+/* Stores the local error of the rates over their change in the attempt, from which the next attempts compute how
+   accurately they solve stages. */
 PetscErrorCode TSBatheKeepErrorShare(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -206,7 +205,7 @@ PetscErrorCode TSBatheKeepErrorShare(TS ts)
   PetscFunctionBegin;
   ba->error_share = 0;
   if (!ba->con || ba->last.error < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if (ba->stabilised && ba->last.method == TSBATHE_METHOD_EXPLICIT) /* which has no error of rates of their own */
+  if (ba->stabilised && ba->last.method == TSBATHE_METHOD_EXPLICIT) /* it has no separate error of the rates */
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*ba->ops->reduce)(ba->con, ba->E, ba->x, ba->ctx));
   PetscCall(VecNorm(ba->x, NORM_2, &error));
@@ -218,9 +217,9 @@ PetscErrorCode TSBatheKeepErrorShare(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first residual of a stage is that of its rates' change, so that what is left of it is an error of the rates over
-   their change. The local error of a step goes with h^3, the change with h; of a longer step it is not trusted to have
-   grown. */
+/* Returns the residual to which a stage is solved, over its first residual. As the first residual is that of the change
+   of the rates, this is an error of the rates over their change. The local error of a step is proportional to h^3 and
+   the change to h; for a longer step the error is not assumed to be larger. */
 PetscReal TSBatheStageShare(TS ts, PetscReal h)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;

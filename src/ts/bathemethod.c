@@ -1,17 +1,17 @@
-/* TSBATHE_METHOD_AUTO: each step by the method that goes as far as the controller wants for fewer products. The rule is
-   that of src/core/methodcosts.c; here is what it is asked with. */
+/* TSBATHE_METHOD_AUTO: each step uses the method that covers the controller's step with fewer products. This file
+   provides the input of the rule in src/core/methodcosts.c. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
 
-/* An explicit step is no longer than is stable, however far its controller would go. What it would do is told by the
-   error of the step, but not by more from one step to the next, as that says nothing of what comes later. */
+/* Stability limits an explicit step even if its controller would take a longer one. The error of the step estimates the
+   longer step, but by no more than this factor per step, because the error says nothing about later times. */
 static const PetscReal wish_growth = 2;
-/* After a long step that was refused it does not grow beyond the controller's before that step's end, but for no longer
-   than so many steps that were cut, as to the end of years explicit ones would be millions. Each further step that is
-   refused doubles the number, so that an event, in which many would be, takes few of them. */
+/* After a rejected long step this estimate is not used before the end of that step, but for no more than so many cut
+   steps, because explicit steps over years would be millions. Each further rejected step doubles the number, so that an
+   event, in which most long steps would be rejected, has few of them. */
 enum { first_wait = 32, last_wait = 4096 };
 
-/* Constant steps are as long as they are: explicit where these are stable. */
+/* Chooses the method of the next step. Constant steps and those of a history are explicit where they are stable. */
 PetscErrorCode TSBatheChooseMethod(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -37,7 +37,7 @@ PetscErrorCode TSBatheChooseMethod(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After an implicit attempt */
+/* Resets the count of cut steps after an implicit attempt. */
 static void TSBatheMethodWait(TS_Bathe *ba, PetscInt wait)
 {
   ba->cut = 0;
@@ -61,8 +61,8 @@ PetscErrorCode TSBatheMethodBegin(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *next, the controller's after a step that was taken, to what it would be had the step not been cut. whole: before it
-   was [s]. Constant steps and those of a policy, which knows no tolerance, are as they are said to be. */
+/* Changes *next, the controller's step after an accepted one, to what it would be without the cut of the step, whose
+   length was `whole` before [s]. It leaves constant steps alone, and those of a policy, which has no tolerance. */
 PetscErrorCode TSBatheMethodWish(TS ts, PetscReal whole, PetscReal *next)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -87,7 +87,7 @@ PetscErrorCode TSBatheMethodWish(TS ts, PetscReal whole, PetscReal *next)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A long step that was refused says what explicit steps do not: that nothing as long will do before its end. */
+/* Records a rejected long step: before its end no step as long will succeed, which explicit steps do not show. */
 void TSBatheMethodRefused(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -105,7 +105,7 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   PetscFunctionBegin;
   if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "method", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheSetDefaultMethod(ts, TSBATHE_METHOD_AUTO)); /* as it was */
+  PetscCall(TSBatheSetDefaultMethod(ts, TSBATHE_METHOD_AUTO)); /* as in the run that wrote it */
   PetscCall(SlipStateGroup(s, "method"));
   PetscCall(SlipStateReal(s, "products_step", 1, &ba->costs.step));
   PetscCall(SlipStateReal(s, "products_solve", 1, &ba->costs.solve));
@@ -117,18 +117,18 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what is asked for ---- */
+/* ---- choices of the user ---- */
 
 /*@
-  TSBatheSetMethod - how the next attempts are computed
+  TSBatheSetMethod - sets the method that computes the next attempts
 
   Logically collective
 
   Input Parameters:
 + ts     - of type TSBATHE or TSMOREAU, ignored otherwise
-- method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE, TSBATHE_METHOD_EXPLICIT, that of TSMOREAU, or
-           TSBATHE_METHOD_AUTO, by which each step is of the method that goes as far for fewer products, and which is
-           the default of faults and small systems where SlipFaultConfigureTS() and SlipSmallConfigureTS() say so
+- method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE; TSBATHE_METHOD_EXPLICIT, that of TSMOREAU; or
+           TSBATHE_METHOD_AUTO, which takes for each step the method that needs fewer products, and is the default of
+           faults and small systems as the pages of SlipFaultConfigureTS() and SlipSmallConfigureTS() describe
 
   Options Database Key:
 . -ts_bathe_method <implicit,explicit,auto> - the same, of TSBATHE
@@ -136,20 +136,19 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   Level: advanced
 
   Notes:
-  It may change from attempt to attempt, as by a controller: both methods go from a state and its reaction to the next.
-  The first explicit step after an implicit one costs a product with K and one with H more. Steps are cut to
-  `TSBatheGetLongestStep()` where they are explicit.
+  It may change from attempt to attempt, for example by a controller: both methods lead from a state and its reaction to
+  the next. The first explicit step after an implicit one costs one more product with K and one more with H. Explicit
+  steps are cut to `TSBatheGetLongestStep()`.
 
-  With auto the step that the controller wants is gone by explicit steps if these take fewer products with stiffness and
-  viscosity, and applications of the preconditioner, than an implicit one. What either takes is a moving mean of the
-  last attempts, no time, so that results do not depend on chance. After explicit steps that were cut the controller's
-  wish is known by their error, and grows up to twofold a step; after an implicit step that was refused it does so from
-  the end of that step on, or once 32 steps were cut, twice as many after each that is refused again. Where explicit
-  steps do not exist, and where constant or given steps are longer than is stable, all steps are implicit. The method of
-  an attempt is in `SlipAttempt`.
+  With auto, explicit steps cover the controller's step if they take fewer products with stiffness and viscosity, and
+  applications of the preconditioner, than an implicit one. Both costs are moving means of counts of the last attempts,
+  not times, so that results do not depend on chance. After cut explicit steps their error estimates the step that the
+  controller would take, which grows up to twofold per step. After a rejected implicit step that begins at the end of
+  that step or after 32 cut steps, a number that each further rejection doubles. Where there are no explicit steps, and
+  where constant or given steps are too long to be stable, all steps are implicit. `SlipAttempt` has the method.
 
-  Of a problem without inertia (`side` of SlipProblemOps) explicit steps are those of TSRKC, as long as the controller
-  wants them, taken where their stages cost less than the iterations of solves do in a moving mean.
+  Where a problem has no inertia (`side` of SlipProblemOps) explicit steps are those of TSRKC, as long as the
+  controller's. They are taken where their stages cost less than the iterations of solves in a moving mean.
 
   Errors: PETSC_ERR_SUP at the next attempt, for an explicit method and a constraint without explicit_ops
 
@@ -169,9 +168,9 @@ PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method)
 }
 
 /*@
-  TSBatheSetDefaultMethod - how attempts are computed where neither `TSBatheSetMethod()` nor its option has said it
+  TSBatheSetDefaultMethod - sets the method of attempts where neither `TSBatheSetMethod()` nor its option has set it
 
-  Logically collective; for problems (SlipProblemOps), which know where auto has won
+  Logically collective; for problems (SlipProblemOps) in which auto is known to be faster
 
   Input Parameters:
 + ts     - of type TSBATHE, ignored otherwise
@@ -193,7 +192,7 @@ PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method)
 }
 
 /*@
-  TSBatheGetMethod - how the next attempts are computed
+  TSBatheGetMethod - gets the method that computes the next attempts
 
   Not collective
 

@@ -2,8 +2,8 @@
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 
-/* dw/dt = (x - base) / theta of a stage's iterate; user code may call TSGetDM() inside its functions, and is to find
-   the DM of the solver there. */
+/* Computes dw/dt = (x - base) / theta of a stage's iterate. The TS gets the DM of the solver meanwhile, because
+   functions of the user may call TSGetDM(). */
 static PetscErrorCode TSBatheBeginEvaluation(TS ts, SNES snes, Vec x, DM *save)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -16,7 +16,7 @@ static PetscErrorCode TSBatheBeginEvaluation(TS ts, SNES snes, Vec x, DM *save)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F(x) of a stage without constraint: IFunction(stage_time, x, (x - base) / theta) */
+/* Computes F(x) of a stage without constraint: IFunction(stage_time, x, (x - base) / theta). */
 PetscErrorCode SNESTSFormFunction_Bathe(SNES snes, Vec x, Vec y, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -41,7 +41,7 @@ PetscErrorCode SNESTSFormJacobian_Bathe(SNES snes, Vec x, Mat A, Mat P, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Count a solve and see whether it converged */
+/* Counts a solve and checks whether it converged. */
 static PetscErrorCode TSBatheAfterSolve(TS ts, PetscInt stage, Vec w, PetscReal resnorm, PetscReal *worst,
                                         PetscBool *ok)
 {
@@ -64,7 +64,7 @@ static PetscErrorCode TSBatheAfterSolve(TS ts, PetscInt stage, Vec w, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One stage of a problem without constraint; rhs NULL or the negative of the explicit part */
+/* Solves one stage of a problem without constraint; rhs is NULL or the negative of the explicit part. */
 static PetscErrorCode TSBatheSolveSmooth(TS ts, Vec rhs, Vec w, PetscReal *resnorm)
 {
   PetscReal norm;
@@ -77,7 +77,7 @@ static PetscErrorCode TSBatheSolveSmooth(TS ts, Vec rhs, Vec w, PetscReal *resno
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One stage of a problem with a constraint, from the guess in w; base is w0, or a1 w1 - a0 w0 */
+/* Solves one stage of a problem with a constraint, from the guess in w; base is w0, or a1 w1 - a0 w0. */
 static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal omega, Vec explicit_part, Vec w0, Vec w1, Vec w, Vec r,
                                               PetscReal share, PetscReal *resnorm)
 {
@@ -99,7 +99,7 @@ static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal omega, Vec explic
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stage 1 starts from w0 (the guess too); the smooth form puts -IFunction(t, w0, 0) on the right-hand side */
+/* Solves stage 1 from w0, also its guess; without constraint the right-hand side has -IFunction(t, w0, 0). */
 static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1, PetscReal share, PetscReal *resnorm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

@@ -1,8 +1,7 @@
-/* What TSBATHE and its TS carry from one accepted step to the next, for checkpoints.
-
-   The reaction does not: each step begins with the static balance of the state. It is kept for the output, which is
-   written after the checkpoint. Nor do the stages, the derivative of the start and the doubled solutions, which each
-   step computes, and the vectors of the SNES, which starts from the state. */
+/* Checkpoints of TSBATHE and its TS: all that they carry from one accepted step to the next.
+   The reaction is stored only for the output, which is written after the checkpoint: each step begins with the static
+   balance of the state. Stages, the derivative of the start and the doubled solutions, which each step computes, are
+   not stored, and neither are the vectors of the SNES, which starts from the state. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipstate.h>
 
@@ -25,7 +24,7 @@ PetscErrorCode SlipStateAttempt(SlipState s, SlipAttempt *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Only a run whose origin of time has moved has it. */
+/* Writes or reads the origin of time, which only a checkpoint of a run with a moved origin has. */
 static PetscErrorCode SlipStateOrigin(SlipState s, TS ts)
 {
   const SlipClock *clock;
@@ -47,7 +46,7 @@ static PetscErrorCode SlipStateOrigin(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What every TS has */
+/* Writes or reads what every TS has. */
 static PetscErrorCode SlipStateAny(SlipState s, TS ts)
 {
   PetscFunctionBegin;
@@ -65,7 +64,7 @@ static PetscErrorCode SlipStateAny(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The end of the last step: interpolation to the final time has put another state in its place. */
+/* Returns the end of the last step, which interpolation to the final time has replaced in vec_sol. */
 static Vec SlipStateEnd(TS ts)
 {
   const PetscBool beyond =
@@ -74,7 +73,7 @@ static Vec SlipStateEnd(TS ts)
   return beyond ? ((TS_Bathe *)ts->data)->Y[1] : ts->vec_sol;
 }
 
-/* The start of the last step and a state inside it, which interpolation to the final time goes through */
+/* Writes or reads the start of the last step and a state inside it, from which the final time is interpolated. */
 static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -90,7 +89,7 @@ static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Only a run whose constant steps are shorter for now has it. */
+/* Writes or reads the length of constant steps, which only a run in which they are shorter at present has. */
 static PetscErrorCode SlipStateConstant(SlipState s, SlipConstant *steps)
 {
   PetscBool has = steps->asked > 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -104,8 +103,8 @@ static PetscErrorCode SlipStateConstant(SlipState s, SlipConstant *steps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; between two steps, the solution set. TSADAMS has a part of its own; that of TSRK, which is
-   PETSc's, is the problem's. */
+/* Writes or reads the state of a TS between two steps; the solution must be set. TSADAMS has a part of its own, and
+   the problem has that of PETSc's TSRK. Collective. */
 PetscErrorCode SlipStateTS(SlipState s, TS ts)
 {
   TS_Bathe *ba;
@@ -142,7 +141,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateConstant(s, &ba->constant));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
-  known = ba->k2_known && ba->last.accepted ? PETSC_TRUE : PETSC_FALSE; /* else that of an attempt that was refused */
+  known = ba->k2_known && ba->last.accepted ? PETSC_TRUE : PETSC_FALSE; /* otherwise it is that of a rejected attempt */
   PetscCall(SlipStateBool(s, "derivative_known", &known));
   if (SlipStateIsLoading(s)) ba->k2_known = known;
   if (known) PetscCall(SlipStateVec(s, "derivative", ba->K2));

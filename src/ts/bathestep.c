@@ -1,23 +1,23 @@
-/* TSBATHE's step: attempt, estimate, ask the controller, accept, reject or recover from a failed stage. */
+/* TSBATHE's step: attempts, error estimates, the controller's choice, and recovery from failed stages. */
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 #include <petsctime.h>
 
-/* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps
-   go half way there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by
-   more: years become the seconds of its growth in a few attempts. After so many steps in a row that were cut and taken
-   one is not: the instability may have begun, and is followed. */
+/* If an attempt fails because of an instability, the instability begins before the attempt's end, the barrier. Steps go
+   half way to the barrier, so that each step, accepted or rejected, halves the uncertainty. Several rejections in a row
+   cut by more: a few attempts shorten years to the seconds in which it grows. After most_towards accepted cut steps in
+   a row one is not cut: the instability may have begun, and steps must follow it. */
 static const PetscReal unstable_factor[] = {0.5, 0.2, 0.1};
 enum { most_towards = 2 };
-/* Where less than twice this share of the last step is left, the barrier was reached. */
+/* The barrier counts as reached if less than twice this share of the last step is left. */
 static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
-/* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how
-   near is near enough; attempts at it */
+/* A step that must end where a cell stops goes so far beyond that, over its length, that the cell sticks at its end;
+   the allowed error of that; attempts to meet it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
 enum { max_stop_tries = 4 };
 
-/* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it
-   explicitly */
+/* Returns whether the attempt doubles the step. It does not if the controller uses no error and the user has not chosen
+   doubling. */
 static PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -36,7 +36,7 @@ static PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vectors that only doubling needs */
+/* Creates the vectors that only doubling needs. */
 static PetscErrorCode TSBatheSetUpDoubling(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -48,7 +48,7 @@ static PetscErrorCode TSBatheSetUpDoubling(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One Bathe step of an attempt: adds its residual, or 2 when it fails */
+/* Computes one step of an attempt and adds its residual, or 2 if it fails. */
 static PetscErrorCode TSBatheCounted(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
                                      PetscReal *residual, PetscBool *ok)
 {
@@ -66,8 +66,8 @@ static PetscErrorCode TSBatheCounted(TS ts, PetscReal t, PetscReal h, Vec w0, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One step h, its two halves giving the solution and the whole only the error. The whole goes first, so that Y, K2
-   and r end as those of the second half. */
+/* Computes a step h as two halves, whose result is the solution, and as a whole, which serves the error only. The whole
+   comes first, so that Y, K2 and r end as those of the second half. */
 static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -119,7 +119,7 @@ static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSBatheSetParts(): the step once more in an even number of parts; the estimate stays */
+/* Repeats the step in an even number of parts for TSBatheSetParts(); the error estimate does not change. */
 static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscReal *residual, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -146,7 +146,7 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Those since the last attempt, so that attempts together have all of a run */
+/* Counts the products since the last attempt, so that the sum over attempts has all products of a run. */
 static PetscErrorCode TSBatheProducts(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -158,12 +158,12 @@ static PetscErrorCode TSBatheProducts(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compute the attempt and fill its record, all but whether it is accepted */
+/* Computes the attempt and fills its record, except whether it is accepted. */
 static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal h = ts->time_step;
-  PetscReal parts_residual = 0.0; /* not what a controller should see: it is of other steps */
+  PetscReal parts_residual = 0.0; /* controllers must not see it, as it is of other steps */
   SlipProducts before, after;
   PetscBool doubling;
   PetscLogDouble begin, end;
@@ -205,7 +205,7 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* State and reaction of the step's start */
+/* Restores the state and the reaction at the step's start. */
 static PetscErrorCode TSBatheRestore(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -228,7 +228,7 @@ PetscErrorCode TSRollBack_Bathe(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Next step within the controller's bounds, and not beyond the end of a run that is to end exactly there */
+/* Sets the next step within the controller's bounds, and not beyond the end of a run that must end exactly there. */
 static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
 {
   PetscFunctionBegin;
@@ -242,7 +242,7 @@ static PetscErrorCode TSBatheIsConstant(TS ts, PetscBool *constant)
   return PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, constant);
 }
 
-/* The step after one that went past an instability; h: the controller's */
+/* Limits the step h of the controller after an attempt that went past an instability. */
 static PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -260,7 +260,7 @@ static PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The step after one that was taken; h: the controller's */
+/* Limits the step h of the controller after an accepted step, if an instability is ahead. */
 static void TSBatheApproach(TS ts, PetscReal *h)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -275,7 +275,7 @@ static void TSBatheApproach(TS ts, PetscReal *h)
   }
 }
 
-/* A new run: totals, tolerances, and the first step if the controller has an opinion */
+/* Begins a run: sets totals to 0, and the first step if the controller chooses it. */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -304,8 +304,8 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a step starts from: X0, r0, K0. The last step's K2 and r are those unless the solution was changed in
-   between. */
+/* Sets X0, r0 and K0, from which a step starts. They are the last step's end, r and K2 unless the solution was changed
+   since then. */
 static PetscErrorCode TSBatheBeginStep(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -318,7 +318,7 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
   unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
   fresh = begin || ts->steprestart ? PETSC_TRUE : PETSC_FALSE;
-  if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are still those */
+  if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are unchanged */
   PetscCall(SlipProblemAccept(ts));
   if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
@@ -329,8 +329,8 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (ba->con) {
-    /* Stage 2's reaction of a cell that has just stopped holds the impulse that stopped it. Carried into the next
-       trapezoidal stage it would push the cell off again: what rests is held by the static balance. */
+    /* Stage 2's reaction of a cell that has just stopped contains the impulse that stopped it. In the next trapezoidal
+       stage it would push the cell off again; resting cells therefore start with the reaction of static balance. */
     if (!ba->r_given && (fresh || !unchanged || ba->first == TSBATHE_STAGE_TRAPEZOIDAL))
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
     ba->r_given = PETSC_FALSE;
@@ -363,8 +363,8 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere. whole:
-   the step that was cut for a corner or a stop, 0: it was not [s] */
+/* Handles a stage that did not converge: restores the start, chooses the next step, and ends a run after too many
+   failures. whole: the step before it was cut for a corner or a stop [s]; 0: it was not cut. */
 static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -404,7 +404,7 @@ static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The end of a step that was taken, in vec_sol */
+/* Accepts the step whose end is in vec_sol. */
 static PetscErrorCode TSBatheAccept(TS ts, PetscReal time)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -419,7 +419,7 @@ static PetscErrorCode TSBatheAccept(TS ts, PetscReal time)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The controller's verdict on a converged attempt; whole: as above */
+/* Lets the controller accept or reject a converged attempt. whole: as above */
 static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -435,7 +435,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
     PetscCall(TSBatheAccept(ts, SlipTimeAfterStep(ts)));
     PetscCall(TSBatheMethodWish(ts, whole, &next));
     TSBatheApproach(ts, &next);
-    if (ba->stops && ba->last.method == TSBATHE_METHOD_IMPLICIT) { /* derivatives jump there */
+    if (ba->stops && ba->last.method == TSBATHE_METHOD_IMPLICIT) { /* derivatives jump where a cell stops */
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
       ba->k2_known = PETSC_FALSE;
     }
@@ -448,7 +448,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step that needs no solve: the problem knows until when all of it rests. No controller is asked. */
+/* Takes a step without a solve, to the time until which the problem computes that all of it rests. */
 static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ctx, PetscBool *rested)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -480,8 +480,8 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps end where the problem says that something stops: *again if the attempt is to be repeated with such a step.
-   *whole: the step that was cut for it [s] */
+/* Makes steps end where a cell stops, which the problem computes. *again: the attempt must be repeated with such a
+   step. *whole: the step before it was cut for that [s] */
 static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void *ctx, PetscInt *tries,
                                       PetscReal *whole, PetscBool *again)
 {
@@ -520,7 +520,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
   ba->status = TS_STEP_INCOMPLETE;
   PetscCall(TSBatheRest(ts, problem, ctx, &accept));
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
-  /* What a controller remembers of the steps before a rest says nothing of those after it. */
+  /* The controller's history of steps before a rest does not apply to steps after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
   PetscCall(SlipMeetCorner(ts, &whole, &corner));
   if (!(whole > ts->time_step)) whole = 0; /* it was not cut */
@@ -540,7 +540,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
     if (accept) break;
     rejected = PETSC_TRUE;
     ts->reject++;
-    /* failed ones have a limit of their own */
+    /* failed attempts have their own limit */
     if (ok && !ts->reason) PetscCall(SlipGuardRejections(ts, ++rejections));
   }
   PetscCall(TSBatheIsConstant(ts, &constant));

@@ -1,8 +1,8 @@
-/* Long histories. The time of a TS is one double, by which a million years are known to 4 ms: steps of an event, which
-   are as short, would go nowhere. The times of a long run are counted from an origin instead, which moves between
-   steps: what a TS, its integrator and its problem compute with are times of the TS, which stay small, and all
-   differences of them are as exact as early in the run. What is written and printed is the sum of both. Runs below the
-   limit have the origin at 0, and know nothing of it. */
+/* Long histories. The time of a TS is one double, which resolves 4 ms after a million years: steps of an event, which
+   are as short, would not advance it. A long run therefore counts times from an origin, which moves between steps. The
+   TS, its integrator and its problem compute with times of the TS, which stay small, so that their differences are as
+   accurate as early in the run. Files and messages have the sum of both. Runs below the limit have the origin 0, which
+   never moves. */
 #include <slipstep/private/slipts.h>
 
 static const char key[] = "SlipClock";
@@ -30,7 +30,7 @@ PetscErrorCode SlipClockRead(TS ts, PetscReal *time, PetscReal *end)
 }
 
 /*@
-  TSGetSlipOrigin - the time of a run at which the time of its TS is zero
+  TSGetSlipOrigin - gets the time of a run at which the time of its TS is zero
 
   Not collective
 
@@ -38,15 +38,15 @@ PetscErrorCode SlipClockRead(TS ts, PetscReal *time, PetscReal *end)
 . ts - the TS
 
   Output Parameter:
-. origin - [s]; 0 but in long runs
+. origin - the origin [s]; 0 except in long runs
 
   Level: advanced
 
   Notes:
-  A run of a fault that goes on beyond 2^37 s, 4355 years, has the time of its TS counted from an origin that moves
-  between steps: `TSGetTime()`, `TSGetMaxTime()` and the times that monitors and functions of the problem are given
-  are to be added to it. The sum of both, as two doubles, is exact to 2.4e-7 s. `SlipFaultOutputFinish()` gives the TS
-  the time of the run again. Where `SlipFaultOutputStart()` says why it cannot move it stays at 0.
+  A run of a fault beyond 2^37 s, 4355 years, counts the time of its TS from an origin that moves between steps: add the
+  origin to `TSGetTime()`, `TSGetMaxTime()` and the times that monitors and functions of the problem receive. The sum of
+  both, as two doubles, is exact to 2.4e-7 s. `SlipFaultOutputFinish()` sets the time of the TS to that of the run
+  again. Where the origin cannot move, for reasons on the page of `SlipFaultOutputStart()`, it stays 0.
 
 .seealso: SlipFaultOutputStart()
 @*/
@@ -62,7 +62,7 @@ PetscErrorCode TSGetSlipOrigin(TS ts, PetscReal *origin)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From the origin of now to another one; by: what all times that are remembered fall by */
+/* Moves the origin, and subtracts `by` from all stored times. */
 static PetscErrorCode MoveTo(TS ts, SlipClock *clock, PetscReal origin, PetscReal by)
 {
   const SlipProblemOps *problem;
@@ -86,7 +86,7 @@ static PetscErrorCode MoveTo(TS ts, SlipClock *clock, PetscReal origin, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The latest origin that there is, so that results are those of any run that comes to this time by the same steps */
+/* Moves to the latest allowed origin, so that all runs that come to this time by the same steps have equal results. */
 static PetscErrorCode Move(TS ts, SlipClock *clock)
 {
   const PetscReal units = PetscFloorReal(ts->ptime / SLIP_CLOCK_UNIT);

@@ -1,20 +1,20 @@
-/* Why a run ended. */
+/* Prints when and why a run ended. */
 #include <slipts.h>
 #include <petsc/private/petscimpl.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <stdio.h>
 
-#define DAYS (2 * 86400) /* seconds from which on a time is also said in days or years */
+#define DAYS (2 * 86400) /* seconds from which on a time is also printed in days or years */
 
 /*@C
-  SlipReportEnd - print the last line of a summary: when a run ended and, when this was before its final time, why
+  SlipReportEnd - prints the last line of a summary: when a run ended and, if that was before its final time, why
 
   Collective; after TSSolve().
 
   Input Parameters:
 + ts    - the TS
-- state - what else is to be said of the end, or NULL
+- state - text that is added about the end, or NULL
 
   Output Parameter:
 . complete - whether the final time was reached

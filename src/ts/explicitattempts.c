@@ -1,23 +1,23 @@
-/* A step of TSADAMS, TSRKC and TSLAPUSTA: attempts from one state, each of which the controller accepts, or it is taken
-   back and the next one is shorter, until one is accepted or the run ends. Types say what an attempt is. */
+/* A step of TSADAMS, TSRKC and TSLAPUSTA: attempts start from one state and become shorter until the controller accepts
+   one or the run ends. Each type defines its own attempt. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipwork.h>
 
-/* SLIP_STATE_METHOD of types whose steps begin with the rates that the last one ended with: what a checkpoint needs
-   beside time, step and state */
+/* SLIP_STATE_METHOD of types whose steps begin with the rates at the end of the last step: writes or reads what a
+   checkpoint needs besides time, step and state. */
 PetscErrorCode SlipAttemptsState(TS ts, SlipState s)
 {
   SlipAttempts *at = (SlipAttempts *)ts->data;
 
   PetscFunctionBegin;
-  if (!SlipStateIsLoading(s) && ts->steprestart) at->known = PETSC_FALSE; /* as the next step asks anew */
+  if (!SlipStateIsLoading(s) && ts->steprestart) at->known = PETSC_FALSE; /* the next step computes the rates */
   PetscCall(SlipStateBool(s, "rates_known", &at->known));
   if (at->known) PetscCall(SlipStateVec(s, "rates", at->f));
   if (SlipStateIsLoading(s)) ts->steprestart = at->known ? PETSC_FALSE : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The norm of the estimate e of an attempt's error, of order h^3; e is lost */
+/* Computes the norm of the estimate e, of order h^3, of an attempt's error, and overwrites e. */
 PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, PetscReal *wlte)
 {
   SlipAttempts *at = (SlipAttempts *)ts->data;
@@ -33,7 +33,7 @@ PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, P
     PetscCall(VecAXPY(e, 1, ts->vec_sol));
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, e, type, wlte, &absolute, &relative));
   }
-  *wlte = PetscMax(*wlte, 1e-10); /* a step so short that nothing is left, which controllers divide by */
+  *wlte = PetscMax(*wlte, 1e-10); /* a very short step can have no error, but controllers divide by the norm */
   if (order) *order = 3;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -73,7 +73,7 @@ static PetscErrorCode Retry(TS ts, const SlipAttemptOps *ops, PetscReal next_h, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The step; *accepted: it was taken */
+/* Takes a step; *accepted: an attempt was accepted. */
 PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted)
 {
   const PetscBool always = ts->adapt->always_accept;

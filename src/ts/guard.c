@@ -1,9 +1,9 @@
-/* What no integrator may go on with: a step that time does not resolve, and a state that is no number; and constant
-   steps that cannot be taken as they were asked for. */
+/* Guards of all integrators: against a step below the rounding of time, a state that is not finite, and constant steps
+   that cannot be taken as the user set them. */
 #include <slipstep/private/slipts.h>
 #include <slipsys.h>
 
-/* Constant steps grow back by this factor a step: what was too long once may still be. */
+/* Constant steps grow back by this factor per step, because a length that was too long may still be too long. */
 #define GROW_BACK 4
 
 PetscErrorCode SlipRunFails(TS ts)
@@ -16,16 +16,16 @@ PetscErrorCode SlipRunFails(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is h too short for a step from the time of ts on? least: the shortest that is not [s] */
+/* Returns whether h is too short for a step from the time of ts. least: the shortest possible step [s] */
 PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least)
 {
   *least = PETSC_MACHINE_EPSILON * PetscAbsReal(ts->ptime);
   return h >= *least || ts->ptime + h >= ts->max_time ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Before an attempt with ts->time_step. A step below the rounding of time goes nowhere; runs of centuries at tight
-   tolerances get along with some four times that, at the onset of an event. The rest of a run to its final time may be
-   that short, and goes beyond it by no rounding: TSAdaptChoose() of PETSc 3.22 ends a run that does. */
+/* Checks ts->time_step before an attempt. A step below the rounding of time does not advance; runs of centuries with
+   tight tolerances need about four times that at the onset of an event. The last step to the final time may be that
+   short, and must not pass it by rounding, because TSAdaptChoose() of PETSc 3.22 ends a run that does. */
 PetscErrorCode SlipGuardStep(TS ts)
 {
   const PetscReal t = ts->ptime;
@@ -49,7 +49,7 @@ PetscErrorCode SlipGuardStep(TS ts)
     (double)(ts->adapt ? ts->adapt->dt_min : 0));
 }
 
-/* After an attempt that a controller has rejected, so many in a row */
+/* Checks the number of attempts in a row that the controller has rejected. */
 PetscErrorCode SlipGuardRejections(TS ts, PetscInt rejections)
 {
   PetscReal now;
@@ -66,7 +66,7 @@ PetscErrorCode SlipGuardRejections(TS ts, PetscInt rejections)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The time after the step that is taken, that of the end where only rounding is left until then. */
+/* Returns the time after an accepted step, which is the final time if only rounding separates them. */
 PetscReal SlipTimeAfterStep(TS ts)
 {
   const PetscReal time = ts->ptime + ts->time_step, end = ts->max_time;
@@ -82,9 +82,8 @@ PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)
   return ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP && left > 0 ? PetscMin(whole, left) : whole;
 }
 
-/* An attempt of h, of an explicit method, has left what the right-hand side is defined for. A controller refuses it;
-   constant steps that become shorter from there would go on from a state that longer ones have spoilt, for good, and be
-   too many to end. */
+/* Ends a run if a constant step h of an explicit method left the domain of the right-hand side. A controller would
+   reject it, but shorter constant steps would be too many, from a state that longer ones have made inaccurate. */
 PetscErrorCode SlipGuardConstant(TS ts, PetscReal h)
 {
   PetscBool constant;
@@ -99,7 +98,7 @@ PetscErrorCode SlipGuardConstant(TS ts, PetscReal h)
           (double)ts->ptime, (double)h, ((PetscObject)ts)->type_name);
 }
 
-/* An attempt of h, of an implicit method, was refused; said once a run. */
+/* Records that a constant step h of an implicit method was rejected, and warns once per run. */
 PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps)
 {
   PetscMPIInt rank;
@@ -117,7 +116,7 @@ PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The step after one of h that was taken; next: what it would be otherwise */
+/* Returns the step after an accepted one of h; next: the step unless constant steps were shortened */
 PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps)
 {
   if (steps->asked <= 0) return next;
@@ -126,7 +125,7 @@ PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *st
   return SlipStepAfterCorner(ts, ts->ptime, next);
 }
 
-/* The step after an attempt that left the domain: the controller's, or PETSc's share of it */
+/* Returns the step after an attempt that left the domain: the controller's, or PETSc's share of the attempt's. */
 PetscErrorCode SlipStepAfterFailure(TS ts, PetscReal *next_h)
 {
   PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscReal *);
@@ -138,7 +137,7 @@ PetscErrorCode SlipStepAfterFailure(TS ts, PetscReal *next_h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is every component a number? In the sum of all what is none remains, on any number of ranks. */
+/* Checks that every component is finite: a NaN or infinity stays in the sum over all of them. */
 PetscErrorCode SlipGuardState(Vec w, PetscBool *good)
 {
   PetscScalar sum;

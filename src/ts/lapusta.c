@@ -1,29 +1,29 @@
-/* TSLAPUSTA as a PETSc TS type: steps of a fault that remembers its waves, as those of Lapusta, Rice, Ben-Zion & Zheng
-   (2000). Slip rates are constant within a step, what depends on slip follows them exactly (SlipProblemOps.drift), and
-   so do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
-   has then, twice, and is of second order; the next one begins with the rates of the second time. No rate of a state is
-   ever extrapolated: in steps in which waves cross half a cell, the shortest that there is anything to know about, a
-   cell may slip by many times its characteristic slip.
+/* TSLAPUSTA as a PETSc TS type: steps of a fault in a medium that radiates waves, as in Lapusta, Rice, Ben-Zion & Zheng
+   (2000). Slip rates are constant within a step, and all that depends on slip, waves included, follows them exactly
+   (SlipProblemOps.drift). A step predicts with the rates of its start and corrects twice, with the mean of these and of
+   the rates that friction has at the end. It is of second order, and the next step begins with the rates at the end of
+   the second correction. It never extrapolates the rate of a friction state, because in the shortest useful step, in
+   which waves cross half a cell, a cell may slip by many times its characteristic slip.
 
    The error estimate is the difference of the first and the last correction, and of order h^3.
 
-   Whatever the controller proposes, steps are 1 or 1.5 times a power of 2 of the shortest, as media that remember
-   prepare each length of a step once, and none is shorter: there steps are taken as they are. */
+   For any controller, steps are 1 or 1.5 times a power of 2 of the shortest step, because media with memory prepare
+   each length of a step once. No step is shorter, and the shortest one is always accepted. */
 #include <slipstep/private/slipts.h>
 
 enum { CORRECTIONS = 2 };
-/* Steps of a rest that waves may end, in the shortest: those of six cells, which a mesh has at the least, are above
-   their half for twice as long. One in which something moves is taken again as the shortest. */
+/* Length of steps, in shortest steps, while all cells rest but waves may start slip. Waves of six cells, the least that
+   a mesh has, exceed half their peak for twice as long. A step in which a cell moves is repeated as a shortest one. */
 #define WAITING 4
 
 typedef struct {
   SlipAttempts at;
-  Vec end;         /* rates at the end of the step, */
-  Vec mean, first; /* those that lead there, and those of the first correction */
+  Vec end;         /* rates at the end of the step */
+  Vec mean, first; /* rates that lead to the end, and those of the first correction */
   Vec work;
-  PetscBool constant; /* steps are as the user wants them */
-  PetscReal shortest; /* [s]; 0: there is none */
-  PetscBool waits;    /* all rests, and steps are short as waves may start something */
+  PetscBool constant; /* the user chose constant steps */
+  PetscReal shortest; /* shortest step [s]; 0: there is none */
+  PetscBool waits;    /* all cells rest, and steps are short because waves may start slip */
 } TS_Lapusta;
 
 static PetscErrorCode TSReset_Lapusta(TS ts)
@@ -63,7 +63,7 @@ static PetscErrorCode TSSetUp_Lapusta(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* vec_sol after h at the rates la->mean */
+/* Advances vec_sol by h at the rates la->mean. */
 static PetscErrorCode Drift(TS ts, PetscReal h)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -76,7 +76,7 @@ static PetscErrorCode Drift(TS ts, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* vec_sol and the rates there, at the end of an attempt; not good: it left the domain of the right-hand side */
+/* Computes vec_sol and its rates at the end of an attempt. If not good, it left the domain of the right-hand side. */
 static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -96,9 +96,9 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
     PetscCall(TSPreStage(ts, t + h));
     PetscCall(TSComputeRHSFunction(ts, t + h, ts->vec_sol, la->end));
     if (k || !la->waits) continue;
-    PetscCall(VecWAXPY(la->work, -1, la->at.f, la->end)); /* zeros may have either sign */
+    PetscCall(VecWAXPY(la->work, -1, la->at.f, la->end)); /* a difference, because zeros may have either sign */
     PetscCall(VecNorm(la->work, NORM_INFINITY, &change));
-    if (change == 0) { /* which no correction changes */
+    if (change == 0) { /* corrections change nothing then */
       PetscCall(VecCopy(la->mean, la->first));
       break;
     }
@@ -138,7 +138,7 @@ static PetscErrorCode Begin(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Not longer than h, of the list; a length of the list is itself, whatever rounding has made of its ratio */
+/* Returns the longest allowed length up to h. An allowed h returns itself, in spite of the rounding of its ratio. */
 static PetscReal OfList(PetscReal h, PetscReal shortest)
 {
   PetscReal power;
@@ -149,8 +149,8 @@ static PetscReal OfList(PetscReal h, PetscReal shortest)
   return shortest * ldexp(power >= 0.75 ? 0.75 : 0.5, exponent);
 }
 
-/* Steps that end at a corner of the loading, or with the run, are as long as they have to be; where one would leave
-   less than the shortest until then, there are two equal ones. */
+/* Limits the step to the allowed lengths. Only a step that ends at a corner of the loading, or with the run, may have
+   another length; where it would leave less than the shortest step until then, two equal steps are taken. */
 static PetscErrorCode Limit(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -161,7 +161,7 @@ static PetscErrorCode Limit(TS ts)
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx)); /* which this step may not reach */
+  if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx)); /* this step may not pass it */
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
   if (la->waits) ts->time_step = PetscMin(ts->time_step, WAITING * la->shortest);
   left = end - ts->ptime;
@@ -171,7 +171,7 @@ static PetscErrorCode Limit(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Shorter steps than the shortest would be no better, and do not end. */
+/* Returns whether any error is accepted: steps below the shortest would be too many and no more accurate. */
 static PetscBool Whatever(TS ts)
 {
   return ts->time_step <= ((TS_Lapusta *)ts->data)->shortest ? PETSC_TRUE : PETSC_FALSE;
@@ -212,7 +212,7 @@ static PetscErrorCode TSStep_Lapusta(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Between both ends: the start, at the constant rates of the step */
+/* Interpolates within the last step: from its start at the constant rates of the step. */
 static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -225,15 +225,16 @@ static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
 }
 
 /*MC
-  TSLAPUSTA - "lapusta": steps of constant slip rates, predicted and corrected, for faults that remember their waves
+  TSLAPUSTA - "lapusta": steps of constant slip rates, predicted and corrected, for faults in media that radiate waves
 
   Level: beginner
 
   Notes:
-  Of second order, two right-hand sides a step. States of friction follow the rates of a step by themselves, and are
-  stable at any step. TSAdapt type lapusta bounds the slip of a step; basic, dsp, pi and heuristic bound the error; none
-  takes constant steps. Of other controllers' steps those of a list are taken, 1 and 1.5 times powers of 2 of the
-  shortest (SlipProblemOps.shortest), not longer than asked for. None is shorter than that, or refused at it.
+  The method is of second order and takes two right-hand sides a step. Friction states follow the rates of a step
+  exactly, and are stable at any step. TSAdapt type lapusta limits the slip of a step; basic, dsp, pi and heuristic
+  limit the error; none takes constant steps. Steps of other controllers are shortened to 1 or 1.5 times a power of 2 of
+  the shortest step (SlipProblemOps.shortest). No step is shorter than that, and a step of that length is never
+  rejected.
 
   Errors: PETSC_ERR_ARG_WRONGSTATE for problems without SlipProblemOps.drift
 

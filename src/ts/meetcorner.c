@@ -1,10 +1,10 @@
-/* Where steps of any integrator end because of the loading: it is asked here for its corners (SlipProblemOps.corner),
-   before each attempt of our types and, as TSPreStep, before each step of PETSc's. The longest step of the controller
-   holds for a first step as well, which no controller has seen. */
+/* Ends steps of any integrator at corners of the loading (SlipProblemOps.corner): before each attempt of our types and,
+   as TSPreStep, before each step of PETSc's types. It also applies the controller's longest step to the first step,
+   which no controller has chosen. */
 #include <slipstep/private/slipts.h>
 #include <slipsys.h>
 
-/* The first after t */
+/* Finds the first corner after t. */
 static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *corner)
 {
   const SlipProblemOps *problem;
@@ -33,9 +33,9 @@ PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Explicit steps of PETSc's types that error estimates leave at the bound of their stability let slip rates chatter
-   about those of the balance, which adds to slip without a word. Errors fall without a change of sign up to so many
-   relaxation times for pairs of orders 2 and 3, and to more for higher ones. */
+/* Where error estimates alone limit them, explicit steps of PETSc's types are at the bound of their stability: slip
+   rates oscillate about the balance, which adds slip unnoticed. Errors decay without a change of sign up to so many
+   relaxation times for pairs of orders 2 and 3, and up to more for higher ones. */
 #define RELAXATIONS 1.5
 
 PetscErrorCode SlipMeetRelaxation(TS ts)

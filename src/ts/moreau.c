@@ -1,6 +1,6 @@
-/* TSMOREAU: explicit steps with set-valued reactions, kick, drift and kick of Stoermer's and Verlet's method with the
-   cone solved cell by cell in each kick. Attempts, controllers, records and checkpoints are those of TSBATHE, of which
-   this is the other method; the type is in bathe.c. */
+/* TSMOREAU: explicit steps with set-valued reactions. They are kick, drift and kick of the Stoermer-Verlet method, and
+   each kick solves the friction cone cell by cell. Attempts, controllers, records and checkpoints are those of TSBATHE,
+   of which this is the second method; the type is in bathe.c. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
@@ -43,17 +43,17 @@ static PetscErrorCode TSMoreauSetUp(TS ts)
   PetscCall(PetscCitationsRegister(citation, &cited));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(reduced); i++) {
     PetscCall(VecDuplicate(ba->r, reduced[i]));
-    PetscCall(VecZeroEntries(*reduced[i])); /* of constraints without damping it stays */
+    PetscCall(VecZeroEntries(*reduced[i])); /* it stays 0 without damping */
   }
   PetscCall(VecDuplicate(ts->vec_sol, &ba->K_before));
   PetscCall(VecDuplicate(ts->vec_sol, &ba->rows));
   PetscCall(VecSet(ba->x, 1));
-  PetscCall(VecSet(ba->rows, 2)); /* which r changes by a sum, or, of a cell that is closed, to 0 */
+  PetscCall(VecSet(ba->rows, 2)); /* r changes the rows that it enters: by a sum, or for a closed cell to 0 */
   PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->rows, ba->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* a and b change places, which no copy need be made for */
+/* Swaps a and b without a copy. */
 static void Exchange(Vec *a, Vec *b)
 {
   const Vec kept = *a;
@@ -62,7 +62,7 @@ static void Exchange(Vec *a, Vec *b)
   *b = kept;
 }
 
-/* What is expected of the damping in a first kick, of those of the steps before, and its force, f less that */
+/* Computes the expected damping of the first kick, from that of earlier steps, and its force, f less that damping. */
 static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, Vec first, Vec push)
 {
   const PetscScalar *p, *before, *f;
@@ -89,8 +89,8 @@ static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The force of the second kick, f - 2 inner + first, and the damping of the step's end, extrapolated from the one
-   before by share */
+/* Computes the force of the second kick, f - 2 inner + first, and extrapolates the damping to the step's end by share
+   from the one before. */
 static PetscErrorCode SecondPush(Vec f, Vec inner, Vec first, Vec before, PetscReal share, Vec push, Vec p_end)
 {
   const PetscScalar *a, *p, *expected, *last;
@@ -123,7 +123,7 @@ static PetscErrorCode TSMoreauSettle(TS ts, SlipNode node, PetscReal t, Vec w, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* r, and k = A^-1 (F_s + r), of a state that has been settled */
+/* Computes r and k = A^-1 (F_s + r) of a state after TSMoreauSettle(). */
 static PetscErrorCode TSMoreauDerivative(TS ts, PetscReal t, Vec w, Vec r, Vec k)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -136,7 +136,7 @@ static PetscErrorCode TSMoreauDerivative(TS ts, PetscReal t, Vec w, Vec r, Vec k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* undamped: p of X0 is exactly 0 */
+/* Computes forces, damping, reaction and derivative of X0 anew. undamped: the damping p of X0 is exactly 0. */
 static PetscErrorCode Anew(TS ts, PetscBool undamped)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -159,7 +159,7 @@ static PetscErrorCode Anew(TS ts, PetscBool undamped)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two products more than steps have */
+/* Starts explicit steps, which takes two products more than a step has. */
 PetscErrorCode TSMoreauStart(TS ts)
 {
   PetscFunctionBegin;
@@ -174,7 +174,7 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
   SlipMoreauMemory end;
 
   PetscFunctionBegin;
-  ba->r_given = PETSC_FALSE; /* no step depends on it */
+  ba->r_given = PETSC_FALSE; /* explicit steps do not use a given reaction */
   if (!(unchanged && ba->end.known && ba->k2_known)) {
     PetscCall(TSMoreauStart(ts));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -194,8 +194,8 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
 /*
    A dv = h/2 (f0 - e) + impulse of r,   u1 = u0 + h v,   A dv1 = h/2 f1 - (h p - h/2 e) + impulse of r
 
-   with p the damping of the step's inner rate v and e what is expected of it from the last steps': all of the step's is
-   h p, a midpoint rule, whatever e and the lengths of steps are. That of the end is extrapolated.
+   where p is the damping of the step's inner rate v, and e the value of it that earlier steps predict. The damping of
+   the step is h p, a midpoint rule, for any e and any lengths of steps. The damping of the end is extrapolated.
 */
 PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok)
 {
@@ -239,7 +239,7 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   m->h = h;
   PetscCallMPI(MPI_Allreduce(&solved, ok, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*ok) PetscCall(SlipGuardState(w2, ok));
-  if (!*ok) { /* as TSAdaptCheckStage() after a solve */
+  if (!*ok) { /* as TSAdaptCheckStage() does after a solve */
     ba->last.reason = (PetscInt)SNES_DIVERGED_FUNCTION_DOMAIN;
     PetscCall(TSSetTimeStep(ts, ts->time_step * ts->adapt->scale_solve_failed));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -249,9 +249,9 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the rows of x, which the trapezoidal rule gives, h^3/12 of the second difference of derivatives; of the first step
-   h/6 of their first difference, which is more. Of the other rows, which the midpoint rule gives, 2/3 of the difference
-   to the trapezoidal rule: of displacements exactly the leading term. */
+/* Estimates the error. For the rows of x, which follow the trapezoidal rule, it is h^3/12 of the second difference of
+   derivatives, and in the first step h/6 of their first difference, which is larger. For the other rows, which follow
+   the midpoint rule, it is 2/3 of the difference to the trapezoidal rule: the leading term of displacements' error. */
 PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -289,7 +289,7 @@ PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
 /* ---- the longest step ---- */
 
 /*@
-  TSBatheGetLongestStep - the longest explicit step that is stable from the current state
+  TSBatheGetLongestStep - gets the longest explicit step that is stable from the current state
 
   Collective
 
@@ -297,7 +297,7 @@ PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
 . ts - of type TSBATHE or TSMOREAU, with a constraint
 
   Output Parameter:
-. h - the step [s]; PETSC_MAX_REAL: any is; 0: the constraint has no explicit steps
+. h - the step [s]; PETSC_MAX_REAL: any step is stable; 0: the constraint has no explicit steps
 
   Level: advanced
 
@@ -317,7 +317,7 @@ PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
 }
 
 /*@
-  TSBatheGetSolveCost - what an implicit solve takes over what an explicit step takes
+  TSBatheGetSolveCost - gets the ratio of the cost of an implicit solve to that of an explicit step
 
   Not collective
 
@@ -325,8 +325,8 @@ PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
 . ts - of type TSBATHE or TSMOREAU
 
   Output Parameter:
-. cost - products with stiffness and viscosity, and applications of the preconditioner, of a solve as long as
-         TSBatheGetLongestStep(), over the products of such a step: dimensionless
+. cost - products with stiffness and viscosity and applications of the preconditioner in a solve with the step of
+         TSBatheGetLongestStep(), over the products of an explicit step, dimensionless
 
   Level: advanced
 
@@ -342,8 +342,9 @@ PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *whole: the step that was cut, as for a corner of the loading [s]. One over which nothing moves is stable however
-   long: it begins anew, as the damping of the steps before has ended; the force stays. */
+/* Cuts an explicit step to the longest stable one. *whole is the step before it was cut, also for a corner of the
+   loading [s]. A step in which nothing moves is stable at any length: it begins without the damping of earlier steps,
+   which has ended, and with the same force. */
 PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -379,7 +380,7 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- checkpoints: of a run whose last step was explicit ---- */
+/* ---- checkpoints of a run whose last step was explicit ---- */
 
 PetscErrorCode TSMoreauState(SlipState s, TS ts)
 {
@@ -392,7 +393,7 @@ PetscErrorCode TSMoreauState(SlipState s, TS ts)
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(SlipStateGroup(s, "explicit"));
-  PetscCall(SlipStateInt(s, "method", 1, &method)); /* files have it, options decide */
+  PetscCall(SlipStateInt(s, "method", 1, &method)); /* files have it, but options decide */
   ba->last.method = TSBATHE_METHOD_EXPLICIT;
   PetscCall(SlipStateReal(s, "dt", 1, &ba->end.h));
   PetscCall(SlipStateReal(s, "dt_before", 1, &ba->end.h_before));

@@ -1,4 +1,4 @@
-/* What controllers ask of the problem that a TS integrates: one table of operations, carried by the TS. */
+/* The table of operations, composed with a TS, through which controllers use the problem that the TS integrates. */
 #include <slipstep/private/slipts.h>
 #include <petsc/private/petscimpl.h>
 #include <slipstep/private/slipsys.h>
@@ -9,14 +9,14 @@ typedef struct {
 } Problem;
 
 /*@C
-  TSSetSlipProblem - say what controllers may ask of the problem that a TS integrates
+  TSSetSlipProblem - sets the operations through which controllers use the problem that a TS integrates
 
   Logically collective
 
   Input Parameters:
 + ts      - the TS
-. problem - its operations, borrowed: they must live as long as ts; NULL: it has none
-- ctx     - the last argument of each of them, borrowed
+. problem - its operations, borrowed: they must exist as long as ts; NULL: it has none
+- ctx     - the last argument of each operation, borrowed
 
   Level: developer
 
@@ -35,7 +35,7 @@ PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem, void *ctx)
 }
 
 /*@C
-  TSGetSlipProblem - what controllers may ask of the problem that a TS integrates
+  TSGetSlipProblem - gets the operations through which controllers use the problem that a TS integrates
 
   Not collective
 
@@ -62,7 +62,7 @@ PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the history of a problem that remembers ---- */
+/* ---- the history of a problem with memory ---- */
 
 PetscErrorCode SlipProblemAccept(TS ts)
 {

@@ -1,4 +1,4 @@
-/* What the integrator registers with PETSc. */
+/* Registers the integrators with PETSc. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
@@ -16,9 +16,9 @@ static PetscErrorCode Register_TS(void)
 }
 
 /*@C
-  SlipTSInitializePackage - register TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSLAPUSTA and the solvers of its stages
+  SlipTSInitializePackage - registers TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSLAPUSTA and the solvers of stages
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). Further calls do nothing.
 
   Level: developer
 

@@ -1,23 +1,23 @@
-/* TSRKC as a PETSc TS type: explicit steps of second order whose stages are as many as stability needs, by the formulas
-   of Runge, Kutta and Chebyshev (rkcweights.c). Stages squared, not stages, are proportional to the longest stable
-   step, on the negative real axis: a right-hand side that relaxes at rates from slow to fast, as slip without inertia
-   does, the faster the smaller the cells, takes steps as its accuracy wants them.
+/* TSRKC as a PETSc TS type: explicit steps of second order with as many stages as stability needs, by the formulas of
+   Runge, Kutta and Chebyshev (rkcweights.c). The longest stable step on the negative real axis is proportional to the
+   square of the number of stages. Accuracy can thus choose the step where relaxation rates range from slow to fast, as
+   those of slip without inertia do, which grow as cells become smaller.
 
    The error estimate is that of the paper, 0.8 (y_n - y_n+1) + 0.4 h (f_n + f_n+1), of order h^3; f_n+1 begins the next
-   step. Between both ends the solution is Hermite's cubic. */
+   step. Hermite's cubic interpolates between both ends. */
 #include <slipstep/private/slipts.h>
 
-/* No run is that long. */
+/* Upper bound of the number of steps; no run has so many */
 #define MOST_STEPS 1e12
 
 typedef struct {
   SlipAttempts at;
   PetscInt max_stages;
-  PetscReal asked; /* fastest rate that the user gave [1/s]; 0: the problem says it */
-  PetscReal rate;  /* the fastest at which the solution relaxes from the step's start [1/s] */
-  PetscInt stages; /* of the last attempt */
+  PetscReal asked; /* fastest rate that the user gave [1/s]; 0: the problem computes it */
+  PetscReal rate;  /* fastest rate at which the solution relaxes from the step's start [1/s] */
+  PetscInt stages; /* number of stages of the last attempt */
   Vec end;         /* rates at the end of the step */
-  Vec y[2], work;  /* of stages: the last two, rates and errors */
+  Vec y[2], work;  /* the last two stages; rates and errors */
   Vec f0;          /* rates at the start of the last step */
 } TS_RKC;
 
@@ -89,13 +89,13 @@ static PetscErrorCode TSView_RKC(TS ts, PetscViewer viewer)
 }
 
 /*@
-  TSRKCSetMaxStages - the most stages of a step
+  TSRKCSetMaxStages - sets the largest number of stages of a step
 
   Logically collective
 
   Input Parameters:
 + ts     - of type TSRKC, ignored otherwise
-- stages - from 2 to 200; steps are no longer than they are stable with
+- stages - from 2 to 200; steps are cut to what is stable with so many
 
   Options Database Key:
 . -ts_rkc_max_stages <100> - the same
@@ -122,7 +122,7 @@ PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages)
 
 /* ---- a step ---- */
 
-/* y[1]: the state after a step h of s stages from start, whose right-hand side is f; y[0] and work are lost */
+/* Computes in y[1] the state after a step h of s stages from start, where the side is f; overwrites y[0] and work. */
 PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscReal t, PetscReal h, PetscInt s, Vec start, Vec f,
                                    Vec y[2], Vec work)
 {
@@ -146,7 +146,7 @@ PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscReal t, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e: the error of a step h between two states, by their right-hand sides */
+/* Estimates the error e of a step h between two states from their right-hand sides. */
 PetscErrorCode SlipChebyshevError(PetscReal h, Vec start, Vec end, Vec f_start, Vec f_end, Vec e)
 {
   const Vec v[] = {start, end, f_start, f_end};
@@ -192,8 +192,8 @@ static PetscErrorCode Limit(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* vec_sol, and the rates there, at the end of an attempt; not good: it left the domain of the right-hand side, and
-   vec_sol is nothing */
+/* Computes vec_sol and its rates at the end of an attempt. If not good, the attempt left the domain of the right-hand
+   side, and vec_sol is not defined. */
 static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
@@ -265,18 +265,18 @@ static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
 
   Options Database Keys:
 + -ts_rkc_max_stages <100> - most stages of a step, which bound its length
-- -ts_rkc_rate <0>         - fastest rate at which the problem relaxes [1/s]; 0: the problem knows it
+- -ts_rkc_rate <0>         - fastest rate at which the problem relaxes [1/s]; 0: the problem computes it
 
   Level: beginner
 
   Notes:
-  For problems whose right-hand side (TSSetRHSFunction()) is expensive, continuous but not smooth, and relaxes at real
-  rates from slow to fast, without inertia. s stages are stable over 0.65 (s^2 - 1) relaxation times of the fastest, one
-  of an explicit pair or of TSADAMS over 0.8 to 1.5. The problem says the fastest rate (SlipProblemOps.relaxation), or
-  -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step; constant steps take the stages that they
-  need.
+  The method is for problems without inertia whose right-hand side (TSSetRHSFunction()) is expensive, continuous but not
+  smooth, and relaxes at real rates from slow to fast. s stages are stable over 0.65 (s^2 - 1) of the shortest
+  relaxation times; a stage of an explicit pair or of TSADAMS is over 0.8 to 1.5. The fastest rate comes from the
+  problem (SlipProblemOps.relaxation) or from -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step;
+  constant steps take the stages that they need.
 
-  Errors: PETSC_ERR_ARG_WRONGSTATE where nobody knows the rate
+  Errors: PETSC_ERR_ARG_WRONGSTATE where neither the problem nor the option gives the rate
 
   References:
 . * - B. P. Sommeijer, L. F. Shampine, J. G. Verwer, RKC: an explicit solver for parabolic PDEs, J. Comput. Appl. Math.

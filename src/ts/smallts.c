@@ -1,25 +1,25 @@
-/* A TS for a small system with a set-valued reaction, and checks of what the options made of a TS. */
+/* Configures a TS for a small system with a set-valued reaction, and checks a TS after its options were set. */
 #include <slipstep/private/slipts.h>
 #include <math.h>
 
-#define SLIP_MAX_RUN 1e9 /* steps that a run may take: hours for one cell, years for a fault */
+#define SLIP_MAX_RUN 1e9 /* most steps of a run: hours for one cell, years for a fault */
 
 /*@C
-  SlipSmallConfigureTS - make a TS integrate a small system A dw/dt = F_s(t, w) + F_r
+  SlipSmallConfigureTS - configures a TS to integrate a small system A dw/dt = F_s(t, w) + F_r
 
   Logically collective; before TSSetFromOptions().
 
   Input Parameters:
-+ problem - the system (its arrays are copied, its ctx is kept)
++ problem - the system (its arrays are copied, its ctx is borrowed)
 - ts      - the TS, of one process
 
   Notes:
-  Sets the type bathe, unless ts is of type moreau, with the constraint of SlipConstraintCreateSmall(), the controller
-  dsp unless another is chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Each step is
-  explicit or implicit, as it costs less (TSBATHE_METHOD_AUTO); constant steps and those of a policy are implicit,
-  unless TSBatheSetMethod() or its option says otherwise. Tolerances, step and final time are those of
-  TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are
-  to observe more than the table of observations knows of every problem.
+  This sets the type bathe, unless ts is of type moreau, with the constraint of SlipConstraintCreateSmall(), the
+  controller dsp unless another is chosen, exact final time matchstep, and unlimited steps, rejections and failed
+  solves. Each step is explicit or implicit, whichever costs less (TSBATHE_METHOD_AUTO); constant steps and those of a
+  policy are implicit unless TSBatheSetMethod() or its option sets another method. Tolerances, step and final time are
+  those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if a
+  policy must observe more than the table of observations has for every problem.
 
   Level: beginner
 
@@ -42,7 +42,7 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscCall(SlipConstraintCreateSmall(problem, &con));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSBatheIs(ts, &ours));
-  if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* which -ts_type may make TSMOREAU later */
+  if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* -ts_type may change it to TSMOREAU later */
   PetscCall(TSBatheSetConstraint(ts, con));
   PetscCall(SlipConstraintDestroy(&con));
   ts->default_adapt_type = TSADAPTDSP; /* constant steps are of little use here */
@@ -52,9 +52,8 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
 }
 
 /*@C
-  SlipSmallConfigureTSByMembers - SlipSmallConfigureTS() with the members of SlipSmall one by one, for languages that
-  have
-                                  no structs of C's
+  SlipSmallConfigureTSByMembers - configures a TS by the members of SlipSmall one by one, for languages without C's
+                                  structs
 
   Logically collective; before TSSetFromOptions().
 
@@ -67,7 +66,7 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
 . force    - F_s [n] of time and states, in units of A dw/dt
 . jacobian - its derivative, J[i n + j] = dF_i/dw_j, zero on entry
 . bound    - q >= 0 [nrows], and unless dq is NULL its derivative by |w_rows[k]|, zero on entry
-- ctx      - given to the functions, kept
+- ctx      - passed to the functions, borrowed
 
   Level: intermediate
 
@@ -89,7 +88,7 @@ SlipSmallConfigureTSByMembers(TS ts, PetscInt n, const PetscReal mass[], PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A run whose longest step is far too short goes on for ever, without a message. */
+/* Refuses a longest step that is far too short, with which a run would not end and print no message. */
 static PetscErrorCode CheckNumberOfSteps(TS ts, PetscReal dt, PetscReal duration)
 {
   PetscReal longest;
@@ -108,7 +107,7 @@ static PetscErrorCode CheckNumberOfSteps(TS ts, PetscReal dt, PetscReal duration
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PETSc takes any number for these. */
+/* Checks numbers for which PETSc accepts any value. */
 static PetscErrorCode CheckNumbers(TS ts)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
@@ -136,8 +135,8 @@ static PetscErrorCode CheckNumbers(TS ts)
 }
 
 /*@
-  TSBatheCheckOptions - refuse what PETSc takes and a run with friction cannot use: a type other than bathe and moreau,
-  which sees no constraint, an interpolated end, and steps, times and tolerances without sense
+  TSBatheCheckOptions - refuses options that PETSc accepts and a run with friction cannot use: types other than bathe
+  and moreau, which ignore the constraint, an interpolated end, and invalid steps, times and tolerances
 
   Collective; after TSSetFromOptions().
 

@@ -1,20 +1,20 @@
-/* TSBATHE's explicit steps without inertia: those of TSRKC, attempt by attempt where they cost less than a solve.
+/* TSBATHE's explicit steps without inertia: an attempt is a step of TSRKC where that costs less than a solve.
 
-   What relaxes at a rate R takes sqrt(1 + 1.54 h R) stages over a step h, each a right-hand side; an implicit solve
-   takes as many as preconditioning and friction need, whatever the step. Which is cheaper follows from counts alone, no
+   For a solution that relaxes at a rate R, a step h takes sqrt(1 + 1.54 h R) stages, each a right-hand side; the cost
+   of an implicit solve follows from preconditioning and friction for any step. The choice is made by counts and not by
    times, so that results do not depend on chance. */
 #include <slipstep/private/slipts.h>
 
-/* Processor time over that of a product by transforms, in which cells take most of it (loaded faults of 8 x 4 to
-   48 x 24 cells and injections of 24 x 24 and 48 x 48; a limit of half or twice as many stages costs at most a tenth):
-   a stage, a linear iteration, which is a product and a preconditioner, and a Newton iteration with its direct solve */
+/* Processor time relative to a product by transforms, where cells take most of the time (measured with loaded faults of
+   8 x 4 to 48 x 24 cells and injections of 24 x 24 and 48 x 48; a limit of half or twice as many stages costs at most
+   10 %): of a stage, a linear iteration (product and preconditioner), and a Newton iteration with its direct solve */
 #define STAGE 3
 #define LINEAR 2
 #define NEWTON 14
-/* Share of the last solve in what solves cost, and what they cost before the first, in stages */
+/* Weight of the last solve in the moving mean of their cost, and the assumed cost before the first solve, in stages */
 #define NEW 0.25
 #define SOLVE 12
-/* Right-hand sides beside a step's stages */
+/* Right-hand sides of a step besides those of its stages */
 #define STEP 2
 
 PetscErrorCode TSStabilisedIs(TS ts, PetscBool *is)
@@ -72,7 +72,7 @@ static PetscErrorCode Side(TS ts, PetscReal t, Vec w, Vec f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* unchanged: X0 is the end of the last step, as that has left it */
+/* Sets K0 at the start of a step. unchanged: X0 is the end of the last step and nobody has changed it since. */
 PetscErrorCode TSStabilisedStart(TS ts, PetscBool unchanged)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -134,7 +134,8 @@ PetscErrorCode TSStabilisedError(TS ts, PetscReal h, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of iterations, not products, of which the medium remembers those that somebody who looks on has asked for */
+/* Updates the mean cost of solves from iterations. Counts of products would depend on observers, whose products the
+   medium caches. */
 void TSStabilisedLearn(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -146,7 +147,7 @@ void TSStabilisedLearn(TS ts)
   ba->implicit = ba->implicit > 0 ? ba->implicit + (PetscReal)NEW * (solve - ba->implicit) : solve;
 }
 
-/* Within the group of the method */
+/* Writes or reads the choice of the method in a checkpoint, inside the group of TSBatheMethodState(). */
 PetscErrorCode TSStabilisedState(SlipState s, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

@@ -1,15 +1,15 @@
-/* What cells of an irregular mesh may not be: above the ground, or more in each other than edges are. */
+/* Checks the cells of an irregular mesh: they must not be above the free surface, overlap, or cross each other. */
 #include <slipsys.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <math.h>
 
-/* So far, as a share of the smaller cell's smaller side, may a cell reach beyond the line in which it meets another
-   one's plane: what strikes and dips of two decimals leave is ten times less. */
+/* Largest extent of a cell beyond the line in which it meets another one's plane, over the smaller cell's smaller side:
+   strikes and dips with two decimals cause a tenth of that. */
 #define CROSS_TOUCH 1e-3
-#define CHECK_LEAF 16 /* cells in a leaf of the tree that is searched for neighbours */
+#define CHECK_LEAF 16 /* cells in a leaf of the search tree */
 
-/* What a cell is called in messages */
+/* Returns the word for a cell in messages. */
 static const char *CellWord(const SlipCells *c, PetscBool many)
 {
   if (c->vertices) return many ? "triangles" : "triangle";
@@ -21,7 +21,7 @@ static PetscInt CellNumber(const SlipCells *c, PetscInt i)
   return c->number ? c->number[i] : i;
 }
 
-/* A triangle's height over its longest side [m]; of a rectangle the shorter side */
+/* Returns a triangle's height over its longest side, or a rectangle's shorter side [m]. */
 static PetscReal CellSide(const SlipCells *c, PetscInt i)
 {
   PetscReal longest = 0;
@@ -35,7 +35,7 @@ static PetscReal CellSide(const SlipCells *c, PetscInt i)
   return 2 * c->length[i] * c->width[i] / PetscSqrtReal(longest);
 }
 
-/* bottom: depth of its lowest point [m] */
+/* Checks the depth of a cell's lowest point, bottom [m]. */
 static PetscErrorCode CheckBottom(MPI_Comm comm, const SlipCells *c, PetscInt i, PetscReal bottom, const char source[])
 {
   PetscFunctionBegin;
@@ -106,13 +106,13 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
 /* A cell as a convex polygon in space */
 typedef struct {
   int n;                  /* corners, 3 or 4 */
-  PetscReal corner[4][3]; /* around it, from the centre of the first cell [m] */
-  PetscReal side[4][3];   /* directions in the plane across its edges, opposite ones once */
+  PetscReal corner[4][3]; /* corners in order around it, from the centre of the first cell [m] */
+  PetscReal side[4][3];   /* directions in the plane across its edges, without opposite ones */
   int sides;
   PetscReal across[3];
 } Polygon;
 
-/* Least and largest along a direction */
+/* Least and largest coordinate along a direction */
 typedef struct {
   PetscReal low, top;
 } Span;
@@ -184,7 +184,7 @@ static Span SpanOf(const Polygon *p, const PetscReal u[3])
   return s;
 }
 
-/* Of its corners from the plane of q */
+/* Computes the heights of p's corners above the plane of q. */
 static Span HeightsOf(const Polygon *p, const Polygon *q)
 {
   const PetscReal plane = Dot(q->corner[0], q->across);
@@ -195,7 +195,7 @@ static Span HeightsOf(const Polygon *p, const Polygon *q)
   return s;
 }
 
-/* Is all of p in the plane of q? */
+/* Returns whether all of p is in the plane of q. */
 static PetscBool Lies(const Polygon *p, const Polygon *q, PetscReal touch)
 {
   const Span s = HeightsOf(p, q);
@@ -203,7 +203,7 @@ static PetscBool Lies(const Polygon *p, const Polygon *q, PetscReal touch)
   return s.low >= -touch && s.top <= touch ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* In one plane: do they share more than an edge, seen along all of their sides? */
+/* Returns whether polygons in one plane share more than an edge, by their extents along all directions across sides. */
 static PetscBool Overlap(const Polygon *p, const Polygon *q, PetscReal touch)
 {
   for (int k = 0; k < p->sides + q->sides; k++) {
@@ -215,7 +215,7 @@ static PetscBool Overlap(const Polygon *p, const Polygon *q, PetscReal touch)
   return PETSC_TRUE;
 }
 
-/* The ends of the line in which p meets the plane of q, where p reaches further than deep to both sides of that line */
+/* Finds the ends of the line in which p meets the plane of q, if p extends further than deep to both sides of it. */
 static PetscBool Chord(const Polygon *p, const Polygon *q, PetscReal deep, PetscReal ends[2][3])
 {
   const PetscReal plane = Dot(q->corner[0], q->across);
@@ -224,7 +224,7 @@ static PetscBool Chord(const Polygon *p, const Polygon *q, PetscReal deep, Petsc
   int n = 0;
 
   CrossProduct(p->across, q->across, line);
-  deep *= PetscSqrtReal(Dot(line, line)); /* the sine of the angle between */
+  deep *= PetscSqrtReal(Dot(line, line)); /* times the sine of the angle between the planes */
   if (heights.top <= deep || heights.low >= -deep) return PETSC_FALSE;
   for (int e = 0; e < p->n && n < 2; e++) {
     const PetscReal *a = p->corner[e], *b = p->corner[(e + 1) % p->n];
@@ -237,7 +237,7 @@ static PetscBool Chord(const Polygon *p, const Polygon *q, PetscReal deep, Petsc
   return n == 2 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Do the lines in which each meets the other one's plane, which are one, have a part in common? */
+/* Returns whether the parts of the line of intersection of both planes that are in p and in q overlap. */
 static PetscBool Cross(const Polygon *p, const Polygon *q, PetscReal deep)
 {
   PetscReal a[2][3], b[2][3], direction[3], length, from, to;
@@ -255,8 +255,8 @@ static PetscBool Cross(const Polygon *p, const Polygon *q, PetscReal deep)
 typedef struct {
   const SlipCells *c;
   SlipClusterTree tree;
-  PetscReal *box; /* of each cell */
-  PetscReal near; /* boxes this far apart hold no cells that overlap */
+  PetscReal *box; /* box of each cell */
+  PetscReal near; /* cells in boxes that are this far apart do not overlap */
   PetscInt rows[2];
   PetscBool cross;
 } Search;
@@ -279,15 +279,14 @@ static void TryPair(Search *s, PetscInt i, PetscInt j)
   if (Apart(s, i, j)) return;
   p = PolygonOf(s->c, i, i);
   q = PolygonOf(s->c, j, i);
-  one =
-    Lies(&p, &q, touch) || Lies(&q, &p, touch) ? PETSC_TRUE : PETSC_FALSE; /* whose line of intersection is rounding */
+  one = Lies(&p, &q, touch) || Lies(&q, &p, touch) ? PETSC_TRUE : PETSC_FALSE; /* the line is only rounding */
   if (one ? !Overlap(&p, &q, touch) : !Cross(&p, &q, CROSS_TOUCH * side)) return;
   s->rows[0] = PetscMin(i, j);
   s->rows[1] = PetscMax(i, j);
   s->cross = (PetscBool)!one;
 }
 
-/* The pairs of cells of two clusters, or of one */
+/* Checks the pairs of cells of two clusters, or of one. */
 static void TryClusters(Search *s, PetscInt a, PetscInt b)
 {
   const SlipCluster *p = &s->tree.node[a], *q = &s->tree.node[b];
@@ -312,7 +311,7 @@ static void TryClusters(Search *s, PetscInt a, PetscInt b)
   }
 }
 
-/* Two rows that overlap or cross, the first that a tree of the cells leads to; -1 when none do */
+/* Finds the first two rows in the order of the tree that overlap or cross; -1 if there are none. */
 static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBool *cross)
 {
   Search s = {.c = c, .rows = {-1, -1}};
@@ -334,19 +333,19 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
 }
 
 /*@C
-  SlipCellsCheck - refuse a mesh that no stiffness can be computed for
+  SlipCellsCheck - refuses a mesh for which no stiffness can be computed
 
   Not collective, but every process of comm must pass the same cells
 
   Input Parameters:
 + comm   - communicator of the error messages
 . cells  - the cells
-- source - where they come from, for the messages
+- source - their source, for messages
 
   Note: cells may touch along edges, at any angle, and the edge of one may end inside of another one, as where faults
   branch
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (counted from 0, or as cells->number says) with numbers that are
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (numbered from 0, or by cells->number) with numbers that are
   not finite, extents that are not positive, strikes outside of [-360, 360] and dips outside of (0, 90] degrees, of
   triangles [0, 180], cells above the surface, pairs of rows that overlap on one plane or cross; PETSC_ERR_ARG_INCOMP
   for a kernel of triangles without vertices and one of rectangles with them; those of SlipKernelCheck()

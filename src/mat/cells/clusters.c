@@ -1,9 +1,9 @@
-/* A binary tree of cells, cut in two across the longest side of the box of their centres. */
+/* A binary tree of cells: each cluster is split in two across the longest side of the box of its centres. */
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 
-/* The least box north, east and down that holds a cell, low and top */
+/* Computes the smallest box that contains a cell, its low and top coordinates north, east and down. */
 void SlipCellsBox(const SlipCells *c, PetscInt e, PetscReal box[6])
 {
   const PetscReal centre[3] = {c->x[e], c->y[e], c->z[e]};
@@ -29,7 +29,7 @@ void SlipCellsBox(const SlipCells *c, PetscInt e, PetscReal box[6])
   }
 }
 
-/* The box of the cells themselves, and the coordinate in which their centres spread most. */
+/* Computes the box of the cells, and the coordinate in which their centres extend most. */
 static void Bounds(const SlipCells *c, const PetscReal box[], const PetscInt perm[], SlipCluster *node,
                    const PetscReal **coordinate)
 {
@@ -56,14 +56,13 @@ static void Bounds(const SlipCells *c, const PetscReal box[], const PetscInt per
       *coordinate = centre[k];
     }
   }
-  /* Far cells see a line of long ones side by side, as those of a fault in plane strain, as what it is along the
-     dip. */
+  /* a row of long cells, as of a fault in plane strain, acts on far cells by its extent along the dip */
   node->diameter = PetscSqrtReal(c->dip ? spread : boxed);
 }
 
-/* Where to cut size cells sorted by key: at the widest gap when that is a quarter of their extent, as between two
-   faults, and leaves an eighth of the cells on either side; else next to the middle, between two rows of cells if one
-   ends in the middle half. Clusters halved whatever their gaps hold cells of both faults down to the leaves. */
+/* Returns where to split `size` cells sorted by key: at the widest gap if that is a quarter of their extent, as between
+   two faults, and has an eighth of the cells on either side; otherwise next to the middle, between two rows of cells if
+   one ends in the middle half. If gaps were ignored, clusters would contain cells of both faults down to the leaves. */
 static PetscInt Cut(PetscInt size, const SlipCellKey key[])
 {
   PetscInt widest = size / 2;
@@ -88,7 +87,7 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
 {
   const PetscInt n = cells->n;
   SlipCellKey *key;
-  PetscReal *box; /* of each cell */
+  PetscReal *box; /* box of each cell */
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(6 * (size_t)n, &box));

@@ -1,14 +1,14 @@
 /*
-  Which edges of irregular cells are shared with which, as averages over cells need to know (average.c): an edge of the
-  cell itself has the core of what lies beyond it, the geometric mean of both cells' where there is one, and perhaps
-  another where slip ends. Uniform slip of two cells then leaves nothing of the edge between them.
+  Finds which edges of irregular cells are shared, for averages over cells (average.c): an edge that two cells share has
+  the geometric mean of both cells' cores, and where slip ends it may have another core. Uniform slip of two cells then
+  has no stress from the edge between them.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 
-/* Cells seen across their edges of one kind: centres and extents across, and along the edges. */
+/* Coordinates of cells relative to their edges of one kind: centres and extents across and along the edges */
 typedef struct {
   const SlipCells *c;
   const PetscReal *u, *across, *v, *along;
@@ -20,7 +20,7 @@ static PetscReal Touch(const SlipCells *c, PetscInt i, PetscInt j)
   return SLIP_TOUCH * PetscMin(PetscMin(c->length[i], c->width[i]), PetscMin(c->length[j], c->width[j]));
 }
 
-/* Length on which the far edge of i and the near one of j lie on each other, 0 where they do not. */
+/* Returns the length that the far edge of i and the near edge of j have in common. */
 static PetscReal Shared(const View *w, PetscInt i, PetscInt j)
 {
   const PetscReal touch = Touch(w->c, i, j);
@@ -38,7 +38,7 @@ static void Add(const View *w, PetscInt i, PetscReal length, PetscReal ratio, Pe
               w->c->kernel.type->edge(&w->c->kernel, w->along_strike, w->across[i], length / w->along[i], ratio);
 }
 
-/* First of the sorted near edges at or beyond u. */
+/* Returns the first of the sorted near edges at or beyond u. */
 static PetscInt First(PetscInt n, const SlipCellKey edge[], PetscReal u)
 {
   PetscInt low = 0, top = n;
@@ -54,12 +54,12 @@ static PetscInt First(PetscInt n, const SlipCellKey edge[], PetscReal u)
   return low;
 }
 
-/* free[2 i], free[2 i + 1]: length of i's near and far edge that no other cell has. */
+/* Adds the edges' terms to force. free[2 i] and free[2 i + 1]: lengths of i's near and far edge that no cell shares */
 static PetscErrorCode AddEdges(const View *w, PetscReal force[])
 {
   const PetscInt n = w->c->n;
   PetscReal *free;
-  SlipCellKey *edge; /* near ones */
+  SlipCellKey *edge; /* near edges */
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(n, &edge, 2 * n, &free));
@@ -94,7 +94,7 @@ static PetscErrorCode AddEdges(const View *w, PetscReal force[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* force [n][components][components], PetscFree() it: what its own edges add to the force of each cell on itself. */
+/* Computes force [n][components][components], each cell's force on itself by its own edges; PetscFree() frees it. */
 PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
 {
   const View strike = {c, c->x, c->length, c->z, c->width, PETSC_FALSE};

@@ -1,4 +1,4 @@
-/* Cells of an irregular mesh: the entries of their stiffness, and what of them is kept with it. */
+/* Cells of an irregular mesh: the entries of their stiffness, and the weights that are composed with it. */
 #include <slipmat.h>
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
@@ -14,7 +14,7 @@ int SlipCellKeyCompare(const void *a, const void *b)
   return p->cell < q->cell ? -1 : p->cell > q->cell;
 }
 
-/* Cells whose x owns the memory of all columns. */
+/* Destroys cells whose x owns the memory of all columns. */
 PetscErrorCode SlipCellsDestroy(SlipCells *cells)
 {
   PetscReal *data = (PetscReal *)cells->x;
@@ -34,8 +34,8 @@ SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
     c->directions ? c->directions + 9 * (size_t)i : NULL};
 }
 
-/* directions [n][3][3] of triangles, which each of their n^2 entries asks for, of vectors along strike; NULL of
-   rectangles, whose kernels take angles. PetscFree() it. */
+/* Computes directions [n][3][3] of triangles once, because all n^2 entries need them; for vectors they are along
+   strike. They are NULL for rectangles, whose kernels take angles. PetscFree() frees them. */
 PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
 {
   const PetscReal *rake = c->kernel.type->components > 1 ? NULL : c->rake;
@@ -50,11 +50,11 @@ PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- entries: of a kernel with c components of slip, blocks [c][c] of a cell's rows and another one's columns ---- */
+/* ---- entries: for c components of slip, blocks [c][c] of a cell's rows and another one's columns ---- */
 
-#define CELLS_AT_ONCE 32 /* two calls of a kernel's vectors */
+#define CELLS_AT_ONCE 32 /* two calls of a kernel's function for many pairs */
 
-/* Into a, column-major: the symmetric part of the forces on cells of the areas p and q by each other */
+/* Puts into a, column-major, the symmetric part of the forces of cells with the areas p and q on each other. */
 static void PutShear(const SlipKernelType *t, PetscReal unit, PetscReal p, const PetscReal block[], PetscReal q,
                      const PetscReal back[], PetscInt lda, PetscReal a[])
 {
@@ -64,8 +64,8 @@ static void PutShear(const SlipKernelType *t, PetscReal unit, PetscReal p, const
     for (PetscInt i = 0; i < c; i++) a[j * lda + i] = unit * (p * block[i * c + j] + q * back[j * c + i]);
 }
 
-/* Averages, which are reciprocal: from those over the cell of the lower number, for equal bits on both sides of the
-   diagonal */
+/* Puts averages, which are reciprocal, into a. Those over the cell of the lower number are used, so that bits on both
+   sides of the diagonal are equal. */
 static void PutAverage(const SlipCells *cells, PetscReal unit, PetscInt row, PetscInt column, PetscInt lda,
                        PetscReal a[])
 {
@@ -87,7 +87,7 @@ static void PutAverage(const SlipCells *cells, PetscReal unit, PetscInt row, Pet
     }
 }
 
-/* One by one */
+/* Computes entries one by one. */
 static void EntriesSingly(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                           const PetscInt column[], PetscInt lda, PetscReal a[])
 {
@@ -115,8 +115,8 @@ static void EntriesSingly(const SlipCells *cells, PetscReal unit, PetscInt m, co
 }
 
 /*
-  SlipCellsEntries - entries a, column-major with lda numbers from one column to the next, of the m cells of some rows
-  and the n of some columns: [m c][n c] of the stiffness, or where unit is 0 [m][n c] of what slip does to normal stress
+  SlipCellsEntries - computes entries a, column-major with lda numbers from one column to the next, for the m cells of
+  some rows and the n of some columns: [m c][n c] of the stiffness, or if unit is 0 [m][n c] of normal stress by slip
 */
 void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                       const PetscInt column[], PetscInt lda, PetscReal a[])
@@ -156,7 +156,7 @@ void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const 
   }
 }
 
-/* Cells whose rows this process has. Collective. */
+/* Gets how many cells' rows this process has. Collective. */
 PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *c, PetscInt *nlocal)
 {
   PetscInt n = c->n;
@@ -175,7 +175,7 @@ PetscReal SlipCellsUnit(const SlipCells *c)
   return (PetscReal)c->n / (2 * area);
 }
 
-/* The weights as a vector composed with S, unless all cells have the same area to rounding. */
+/* Composes the weights with S as a vector, unless all cells have the same area up to rounding. */
 PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
 {
   const PetscInt components = c->kernel.type->components;
@@ -205,7 +205,7 @@ PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
 }
 
 /*@
-  MatSlipGetWeights - areas of the cells over their mean, by which the rows of a stiffness are weighted
+  MatSlipGetWeights - gets the weights of the rows of a stiffness, the areas of cells over their mean
 
   Not collective
 
@@ -213,7 +213,7 @@ PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
 . S - stiffness
 
   Output Parameter:
-. weights - borrowed, dimensionless, with S's distribution, of vectors of slip each twice; NULL when all are 1, as on
+. weights - borrowed, dimensionless, with S's distribution, each twice for vectors of slip; NULL if all are 1, as on
             uniform grids
 
   Level: intermediate

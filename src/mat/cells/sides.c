@@ -1,15 +1,14 @@
 /*
-  Which sides of triangles are shared with which, as averages over cells need to know (triangle_loops.c): the side of
-  the cell itself has the core of the lower one of it and of what lies beyond, and where slip ends perhaps another.
-  Where several triangles lie beyond, as where faults branch, each counts for its share. Sides that meet have vertices
-  in common, number by number, as meshes of files do.
+  Finds which sides of triangles are shared, for averages over cells (triangle_loops.c): a shared side has the smaller
+  core of the two cells, and a side where slip ends may have another core. If several triangles are beyond a side, as
+  where faults branch, each counts for its share. Shared sides have equal coordinates, as in meshes of files.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 
-/* Its ends, the one with the lesser numbers first */
+/* A side: its ends, the one with the smaller coordinates first */
 typedef struct {
   PetscReal end[2][3];
   PetscInt cell, side;
@@ -64,7 +63,7 @@ static void Add(const SlipCells *c, const Side *s, PetscReal share, PetscReal ra
   for (PetscInt k = 0; k < size; k++) force[s->cell * size + k] += c->length[s->cell] * c->width[s->cell] * block[k];
 }
 
-/* Slip goes on beyond a side on the ground. */
+/* Returns whether a side is on the free surface, beyond which slip continues. */
 static PetscBool OnGround(const SlipCells *c, const Side *s)
 {
   const PetscReal touch = SLIP_TOUCH * s->height;
@@ -72,7 +71,7 @@ static PetscBool OnGround(const SlipCells *c, const Side *s)
   return !c->kernel.full_space && s->end[0][2] <= touch && s->end[1][2] <= touch ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* force [n][components][components] gains what its own sides add to the force of each cell on itself. */
+/* Adds to force [n][components][components] what each cell's own sides add to its force on itself. */
 PetscErrorCode SlipTrianglesSides(const SlipCells *c, PetscReal force[])
 {
   const PetscInt n = 3 * c->n;

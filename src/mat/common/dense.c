@@ -1,11 +1,11 @@
-/* Whole matrices on one rank: moving them to and from a parallel Mat, and their symmetric eigenproblem. */
+/* Whole matrices on one rank: transfer to and from a parallel Mat, and their symmetric eigenproblem. */
 #include <slipmat.h>
 #include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <slipstep/private/slipwork.h>
 
-/* Rows are exchanged in pieces of at most this many entries: MPI counts are int. */
+/* Largest number of entries in a message, because MPI counts are int */
 #define SLIP_CHUNK 100000000
 
 /* Sends count entries in pieces from one rank to another; a no-op on the others. */
@@ -53,7 +53,7 @@ PetscErrorCode SlipDenseGather(Mat A, PetscReal **entries)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* nlocal: rows of this rank, or PETSC_DECIDE. */
+/* Creates a parallel matrix from entries on rank 0; nlocal: rows of this rank, or PETSC_DECIDE. */
 PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, const PetscReal *entries, Mat *A)
 {
   PetscMPIInt rank, size;
@@ -85,8 +85,7 @@ PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, cons
 }
 
 #define SLIP_EIGEN_MOST 32766 /* 1 + 6 n + 2 n^2 < 2^31 */
-/* A (symmetric, n * n) is replaced by its orthonormal eigenvectors, column k (contiguous) belonging to eigenvalue k,
- * ascending. */
+/* Replaces A (symmetric, n * n) by its orthonormal eigenvectors: column k (contiguous) for eigenvalue k, ascending */
 PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info)
 {
   PetscBLASInt bn, lwork = -1, liwork = -1, isize, binfo;

@@ -1,6 +1,6 @@
 /*
-  The part of sqrt(K) that the spectral approximation misses. It lives near the fault's two ends and has low numerical
-  rank, so it is kept as W diag(lambda) W' for each parity under the mirror x -> -x (found in viscosity/sketch.c).
+  The difference between sqrt(K) and its spectral approximation. It is large only near the fault's two ends and has low
+  numerical rank; it is stored as W diag(lambda) W' for each parity under the mirror x -> -x (viscosity/sketch.c).
 */
 #include <slipmat.h>
 #include <slipblas.h>
@@ -8,7 +8,7 @@
 #include <slipstep/private/slipmatcommon.h>
 #include <slipstep/private/slipwork.h>
 
-/* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
+/* Fills a with uniform numbers in (-1, 1) by a linear congruential generator (Knuth's MMIX constants). */
 void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
 {
   for (size_t i = 0; i < count; i++) {
@@ -17,7 +17,7 @@ void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
   }
 }
 
-/* Orthonormal basis of the columns of Y (n x r, column-major), in place. */
+/* Orthonormalises the columns of Y (n x r, column-major) in place. */
 PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
 {
   PetscBLASInt info, lwork = 64 * r;
@@ -33,7 +33,7 @@ PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Orders eigenpairs by falling |lambda| and keeps those above cutoff: from Q (n x r) into W (n x rank). */
+/* Sorts eigenpairs by decreasing |lambda| and copies those above cutoff from Q (n x r) to W (n x rank). */
 PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
                                  PetscReal cutoff, SlipLowRank *m)
 {
@@ -58,8 +58,8 @@ PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Terms with |lambda| <= limit go into single precision: products are bound by memory, and a rounding of 1e-7 of a term
-   that is 4e-6 of the whole does not show at 1e-12. */
+/* Stores terms with |lambda| <= limit in single precision: memory limits the speed of products, and a rounding of 1e-7
+   of a term that is 4e-6 of the whole is below 1e-12. */
 PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit)
 {
   const size_t n = (size_t)m->n;
@@ -89,12 +89,12 @@ PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tall products are cut into pieces of 8,192 entries: OpenBLAS starts threads from 9,216, which at these sizes cost
-   more than they save and a hundredfold more when another process holds a core. */
+/* Products with tall matrices are divided into pieces of 8,192 entries: OpenBLAS starts threads from 9,216, which cost
+   more than they save at these sizes, and a hundred times more if another process uses a core. */
 #define ROWS_PER_PIECE 1024
 #define COLUMNS_PER_PIECE 8
 
-/* y += A x ("N") or y += A' x ("T"), A n x r with column stride n, in either precision. */
+/* Computes y += A x ("N") or y += A' x ("T"), where A is n x r with column stride n, in either precision. */
 #define DEFINE_TALL_GEMV(Name, Number, gemv)                                                                           \
   static void Name(const char *trans, PetscInt n, PetscInt r, const Number A[], const Number x[], Number y[])          \
   {                                                                                                                    \
@@ -115,8 +115,8 @@ PetscErrorCode SlipLowRankDestroy(SlipLowRank *m)
 DEFINE_TALL_GEMV(TallGemv, PetscReal, BLASgemv_)
 DEFINE_TALL_GEMV(TallGemvSingle, float, SLIP_sgemv)
 
-/* t of the first r terms of the tail = W' x, x scaled to its largest entry so that single precision neither overflows
-   nor underflows. */
+/* Computes t = W' x for the first r terms of the tail; x is scaled to its largest entry so that single precision
+   neither overflows nor underflows. */
 static void TailForward(SlipLowRank *m, PetscInt r, const PetscReal x[])
 {
   const PetscInt n = m->n;
@@ -129,7 +129,7 @@ static void TailForward(SlipLowRank *m, PetscInt r, const PetscReal x[])
   for (PetscInt k = 0; k < r; k++) m->t[m->head + k] = size * (PetscReal)m->t32[k];
 }
 
-/* y += W t of the same terms, t scaled in the same way. */
+/* Computes y += W t for the same terms, with t scaled in the same way. */
 static void TailBackward(SlipLowRank *m, PetscInt r, PetscReal y[])
 {
   const PetscInt n = m->n;
@@ -144,8 +144,7 @@ static void TailBackward(SlipLowRank *m, PetscInt r, PetscReal y[])
   for (PetscInt i = 0; i < n; i++) y[i] += size * (PetscReal)m->x32[i];
 }
 
-/* y += W lambda W' x without the terms |lambda| <= cutoff; the ranks of comm have the rows of W among them.
-   Collective. */
+/* Computes y += W lambda W' x without terms |lambda| <= cutoff; the ranks of comm share the rows of W. Collective. */
 PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff, const PetscReal x[], PetscReal y[])
 {
   PetscMPIInt size;
@@ -166,7 +165,7 @@ PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Diagonal entry i. */
+/* Returns diagonal entry i. */
 PetscReal SlipLowRankDiagonal(const SlipLowRank *m, PetscInt i)
 {
   PetscReal sum = 0;

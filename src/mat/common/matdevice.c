@@ -1,5 +1,5 @@
-/* Products on the device: what matrices of ours need there, and how they are asked for them. A dense one is PETSc's, so
-   that its products are replaced here. */
+/* Products on the device: how matrices are put there, and the memory that they need there. Dense matrices are PETSc's,
+   so that this file replaces their products. */
 #include <petsc/private/petscimpl.h> /* states */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -8,14 +8,14 @@
 
 /* ---- dense matrices ---- */
 
-/* Groups of columns, which are summed up at the end: a card has more work than there are rows */
+/* Groups of columns, whose sums are added at the end, because a device runs more work items than there are rows */
 enum { COLUMNS_APART = 16 };
 
 typedef struct {
   SlipDevice device;
-  PetscErrorCode (*mult)(Mat, Vec, Vec); /* of others than vectors on the device */
+  PetscErrorCode (*mult)(Mat, Vec, Vec); /* product with vectors that are not on the device */
   int m, n;                              /* rows and columns */
-  PetscObjectState state;                /* of the entries that are there */
+  PetscObjectState state;                /* state of the entries on the device */
   SlipDeviceMemory entries, parts;       /* [n][m], [COLUMNS_APART][m] */
 } DenseOnDevice;
 #define DENSE "SlipDenseOnDevice"
@@ -64,7 +64,7 @@ static PetscErrorCode DenseMult(Mat A, Vec x, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectStateGet((PetscObject)A, &now));
-  if (now != d->state) PetscCall(DensePut(A, d)); /* scaled, or filled anew */
+  if (now != d->state) PetscCall(DensePut(A, d)); /* it was scaled or filled again */
   PetscCall(SlipDeviceVecRead(x, &from));
   PetscCall(SlipDeviceVecWrite(y, &to));
   {
@@ -105,7 +105,7 @@ static PetscErrorCode DenseDevice(Mat A, PetscBool use, PetscReal *bytes)
 
 /* ---- all of them ---- */
 
-/* MatCreateVecs() makes vectors of the device, whose products are formed there. */
+/* Puts nothing on the device: MatCreateVecs() creates vectors there, which PETSc multiplies there. */
 static PetscErrorCode DiagonalDevice(Mat A, PetscBool use, PetscReal *bytes)
 {
   PetscFunctionBegin;
@@ -132,8 +132,8 @@ static PetscErrorCode Find(Mat A, PetscErrorCode (**device)(Mat, PetscBool, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A device that is the processor, as pocl is, has none of that: vectors are lent to the processor's own products, which
-   are written for it. */
+/* If the device is the processor, as with pocl, nothing is put there: our products for the processor
+   compute in the memory of the vectors. */
 #define LENDS "SlipLendsToProcessor"
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
@@ -157,7 +157,7 @@ static PetscErrorCode LentMult(Mat A, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is x lent to the processor for products with A? */
+/* Returns whether the processor computes products of A with x. */
 PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends)
 {
   Lends *l;
@@ -168,8 +168,8 @@ PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What products with A need, or will need, on the device [bytes], beside their vectors; what two matrices share counts
-   with both */
+/* Computes the memory that products with A need, or will need, on the device besides vectors [bytes]. Memory that two
+   matrices share counts for both. */
 PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes)
 {
   PetscErrorCode (*method)(Mat, PetscBool, PetscReal *);
@@ -184,9 +184,9 @@ PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes)
 }
 
 /*
-  From now on vectors that MatCreateVecs() makes are of type VECSLIPOPENCL, and products with those are formed on the
-  device, which is open; others as before. What products need is put there now, after the device was asked for room.
-  Again does nothing.
+  Moves products of A with vectors of type VECSLIPOPENCL, which MatCreateVecs() then creates, to the device, which must
+  be open. Other products do not change. The data of products is sent now, after a check that the device has room.
+  Further calls do nothing.
 */
 PetscErrorCode SlipMatUseDevice(Mat A)
 {

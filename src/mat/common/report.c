@@ -1,9 +1,9 @@
-/* What a view tells of the operators: how a type was chosen, and how much memory it takes. */
+/* What views print about operators: how a type was chosen, and how much memory it takes. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 
-/* Fills what MatGetInfo() returns for a shell matrix that stores so many bytes on this process. Collective. */
+/* Fills the result of MatGetInfo() for a shell matrix that stores so many bytes on this process. Collective. */
 PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info)
 {
   PetscReal value = bytes;
@@ -20,7 +20,7 @@ PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *i
 }
 
 /*@
-  MatSlipGetMemory - the memory that a matrix holds, most on one process and on all together
+  MatSlipGetMemory - gets the memory of a matrix, the most on one process and the sum over all
 
   Collective
 
@@ -28,8 +28,8 @@ PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *i
 . A - stiffness, viscosity or stage operator, or a dense matrix
 
   Output Parameters:
-+ most - on the process that has the most [bytes]; -1 when a matrix of this type does not know
-- all  - on all processes [bytes]; -1 likewise
++ most - memory on the process that has the most [bytes]; -1 if this type of matrix does not report it
+- all  - memory on all processes [bytes]; -1 likewise
 
   Level: intermediate
 
@@ -63,7 +63,7 @@ PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all)
 }
 
 /*@C
-  MatSlipGetNotes - how the type of a matrix was chosen, in words
+  MatSlipGetNotes - gets a text about how the type of a matrix was chosen
 
   Not collective
 
@@ -71,7 +71,7 @@ PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all)
 . A - stiffness or viscosity
 
   Output Parameter:
-. why - "auto: ..." or what was asked for; borrowed, "" when there is nothing to tell
+. why - "auto: ..." or the given type; borrowed, "" if there is no note
 
   Level: intermediate
 
@@ -84,7 +84,7 @@ PetscErrorCode MatSlipGetNotes(Mat A, const char **why)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Why H is of its type, for views. */
+/* Composes a note on why H is of its type, for views. */
 PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[])
 {
   PetscBool same, dense, lanczos;

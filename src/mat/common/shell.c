@@ -1,4 +1,4 @@
-/* What all our matrices share: type name and conversion of shells to MATDENSE, and notes for views. */
+/* Common parts of our matrices: type name and conversion of shells to MATDENSE, and notes for views. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <stdarg.h>
@@ -6,7 +6,7 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatcommon.h>
 
-/* The end of a conversion of A: dense, which is given away, becomes what MatConvert() was asked for. */
+/* Ends a conversion of A: returns dense, which the caller must not use any more, as MatConvert() needs it. */
 PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D)
 {
   PetscFunctionBegin;
@@ -20,7 +20,7 @@ PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* N products; for checking and for small sizes. */
+/* Converts by N products; for tests and for small sizes. */
 static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
 {
   Mat dense;
@@ -32,7 +32,7 @@ static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names the type, composes "MatConvert_<type>_dense_C", marks the matrix symmetric and readies it. */
+/* Sets the type name, composes "MatConvert_<type>_dense_C", and marks the matrix as symmetric and assembled. */
 PetscErrorCode SlipShellFinish(Mat A, const char type[])
 {
   char name[64];
@@ -47,7 +47,7 @@ PetscErrorCode SlipShellFinish(Mat A, const char type[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* m local of M rows, n local of N columns; the matrix owns ctx through its destroy. */
+/* Creates a shell with m local of M rows and n local of N columns; it owns ctx, which its destroy operation frees. */
 PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N, const char type[],
                                      const SlipShellOps *ops, void *ctx, Mat *A)
 {
@@ -68,7 +68,7 @@ PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n local of N rows and columns */
+/* Creates a square shell with n local of N rows and columns. */
 PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[], const SlipShellOps *ops,
                                void *ctx, Mat *A)
 {
@@ -86,7 +86,7 @@ PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps 
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, type, ops, ctx, A));
-  PetscCall(MatGetVecType(K, &vectors)); /* of the device, where K's are */
+  PetscCall(MatGetVecType(K, &vectors)); /* on the device if K's are there */
   PetscCall(MatShellSetVecType(*A, vectors));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -113,7 +113,7 @@ PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H remembers its factor, from which a preconditioner knows the viscosity's symbol. */
+/* Stores the factor of H with it, from which a preconditioner computes the viscosity's symbol. */
 PetscErrorCode SlipViscosityComposeFactor(Mat H, PetscReal factor)
 {
   PetscReal *copy;
@@ -125,7 +125,7 @@ PetscErrorCode SlipViscosityComposeFactor(Mat H, PetscReal factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* factor of H = factor * sqrt(K) [sqrt(kg) / m]; 0 when H was not made by MatCreateSlipViscosity() or is zero. */
+/* Gets the factor of H = factor * sqrt(K) [sqrt(kg) / m]; 0 if H is zero or not of MatCreateSlipViscosity(). */
 PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor)
 {
   const PetscReal *composed;

@@ -1,13 +1,13 @@
 /*
-  Products of a wavenumber's real block with a complex field of depth. Blocks of all wavenumbers do not fit into fast
-  memory, so that a product takes as long as reading them: once each, real and imaginary parts at a time, and half of
-  symmetric ones.
+  Products of a wavenumber's real block with a complex field of depth. Blocks of all wavenumbers do not fit into the
+  cache, so that a product takes as long as reading them. Each is therefore read once, for real and imaginary parts at
+  once, and of symmetric blocks only half is read.
 */
 #include <slipmat.h>
 #include <stdlib.h>
 #include <slipstep/private/slipmatgrid.h>
 
-/* From the start of a line of cache on, which a vector of eight numbers fills; free with free(). */
+/* Allocates numbers at the start of a cache line, which a vector of eight numbers fills; free() frees them. */
 PetscErrorCode SlipAllocateLines(size_t count, PetscReal **a)
 {
   PetscFunctionBegin;
@@ -16,24 +16,23 @@ PetscErrorCode SlipAllocateLines(size_t count, PetscReal **a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Four numbers, wherever they lie: as many as AVX2's registers take. Vectors of eight are kept in memory there, and
-   products with blocks in fast memory take 2.5 times as long (measured). */
+/* Four numbers at any address, which fill a register of AVX2. With AVX2, vectors of eight would be in memory, and
+   products with blocks in the cache would take 2.5 times as long (measured). */
 typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
 #define FOUR(p) (*(Four *)(p))
 
-/* What the next columns need, on its way from memory: a quarter less time than with what the machine foresees by
-   itself. 401 blocks of 100 x 100 take 2.6 ms, about what reading them takes, where dgemm takes 4.0 ms and two dgemv
-   take 7.3 ms (measured). */
+/* Prefetches the next columns, which takes a quarter less time than the processor's own prefetching. 401 blocks of
+   100 x 100 take 2.6 ms, about as long as reading them; dgemm takes 4.0 ms and two dgemv take 7.3 ms (measured). */
 #define AHEAD(p) __builtin_prefetch(p)
 
-/* Of eight numbers */
+/* Adds up eight numbers. */
 static inline __attribute__((always_inline)) PetscReal Sum(const Four a[2])
 {
   return ((a[0][0] + a[0][1]) + (a[0][2] + a[0][3])) + ((a[1][0] + a[1][1]) + (a[1][2] + a[1][3]));
 }
 
-/* y += A x in two vectors of length n for two columns a of A, from j on, which lie apart, in rows i0 + 8 and on, as far
-   as a multiple of 8; and sums, A' x of these rows, of both columns and vectors. */
+/* Computes y += A x in two vectors of length n for two separate columns a of A, from j on, in rows from i0 + 8 up to a
+   multiple of 8, and sums, A' x of these rows, for both columns and vectors. */
 static inline __attribute__((always_inline)) void TwoColumns(PetscInt n, PetscInt i0, PetscInt j, const PetscReal a[],
                                                              PetscInt apart, const PetscReal x[], PetscReal y[],
                                                              PetscReal sums[2][2])
@@ -66,8 +65,7 @@ static inline __attribute__((always_inline)) void TwoColumns(PetscInt n, PetscIn
   }
 }
 
-/* The same for four columns of the symmetric A, with its rows i0 to i0 + 7, and y += A' x as well for rows from i0 + 8
-   on. */
+/* Does the same for four columns of the symmetric A, also with its rows i0 to i0 + 7, and y += A' x from i0 + 8 on. */
 static inline __attribute__((always_inline)) void FourColumns(PetscInt n, PetscInt i0, PetscInt j, const PetscReal a[],
                                                               PetscInt apart, const PetscReal x[], PetscReal y[])
 {
@@ -94,7 +92,7 @@ static inline __attribute__((always_inline)) void FourColumns(PetscInt n, PetscI
   }
 }
 
-/* A column in full: y += A x, and y[j] += A' x for rows below most */
+/* Applies a whole column: y += A x, and y[j] += A' x for rows below `most`. */
 static inline __attribute__((always_inline)) void OneColumn(PetscInt n, PetscInt most, PetscInt j, const PetscReal a[],
                                                             const PetscReal x[], PetscReal y[])
 {
@@ -106,8 +104,8 @@ static inline __attribute__((always_inline)) void OneColumn(PetscInt n, PetscInt
   y[j] += sum;
 }
 
-/* f = A f for n complex numbers f, A [n][n] real and symmetric or half of it; column [4][n] is room for real and
-   imaginary parts. Half of A is read, once: blocks of many wavenumbers do not fit into fast memory otherwise. */
+/* Computes f = A f for n complex numbers f, where A [n][n] is real and symmetric, or half of it; column [4][n] is work
+   for real and imaginary parts. It reads half of A once, because blocks of many wavenumbers exceed the cache. */
 SLIP_VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[],
                                          PetscReal column[])
 {
@@ -135,8 +133,8 @@ SLIP_VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const Petsc
   }
 }
 
-/* Half of a symmetric A [n][n] as SlipSymmetricProduct() reads it, one number after the other: columns from the first
-   row of their eight on, those left over whole. How many numbers; half may be NULL. */
+/* Copies half of a symmetric A [n][n] in the order in which SlipSymmetricProduct() reads it: columns from the first row
+   of their group of eight on, and remaining columns whole. Returns how many numbers; half may be NULL. */
 size_t SlipSymmetricHalf(PetscInt n, const PetscReal A[], PetscReal half[])
 {
   size_t count = 0;
@@ -147,7 +145,7 @@ size_t SlipSymmetricHalf(PetscInt n, const PetscReal A[], PetscReal half[])
   return count;
 }
 
-/* y += A x in two vectors, of length n and m, for count columns of A [n][m] from j on: each once, all rows at a time */
+/* Computes y += A x in two vectors, of length n and m, for count columns of A [n][m] from j on; it reads each once. */
 static inline __attribute__((always_inline)) void Columns(PetscInt m, PetscInt n, PetscInt j, int count,
                                                           const PetscReal A[], const PetscReal x[], PetscReal y[])
 {
@@ -175,8 +173,7 @@ static inline __attribute__((always_inline)) void Columns(PetscInt m, PetscInt n
     }
 }
 
-/* g = A f for n complex numbers f and m g, A [n][m] real, one column after the other; column [2][m + n] is room for
-   parts. */
+/* Computes g = A f for n complex f and m complex g, where A [n][m] is real, by columns; column [2][m + n] is work. */
 SLIP_VECTOR static void GeneralProduct(PetscInt m, PetscInt n, const PetscReal A[], const PetscReal f[], PetscReal g[],
                                        PetscReal column[])
 {
@@ -196,7 +193,7 @@ SLIP_VECTOR static void GeneralProduct(PetscInt m, PetscInt n, const PetscReal A
   }
 }
 
-/* Versions for several machines are of static functions: others would be names of the library. */
+/* Only static functions have versions for several processors, because others would be symbols of the library. */
 void SlipSymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[], PetscReal column[])
 {
   SymmetricProduct(n, half, A, f, column);

@@ -1,21 +1,21 @@
-/* Products of a grid by transforms along strike and a real block per wavenumber on a device, as dipping_fft.c and
-   circulant.c have them: slip is transformed once for shear and for normal stress. */
+/* Products of a grid by transforms along strike and a real block per wavenumber on a device, as in dipping_fft.c and
+   circulant.c: slip is transformed once for shear and for normal stress. */
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 
-enum { SHEAR, NORMAL, STAGED = 1 << 22 /* numbers sent at once */ };
+enum { SHEAR, NORMAL, STAGED = 1 << 22 /* numbers that are sent at once */ };
 
 struct _n_SlipBlocksDevice {
   SlipDevice device;
   SlipBlocksShape shape;
-  int nx, nz, n, width, waves, step, shared; /* n fields; step: numbers of a cell in vectors of slip */
-  SlipDeviceFFT fft, normal_fft;             /* of all fields, and of one */
+  int nx, nz, n, width, waves, step, shared; /* n: number of fields; step: numbers of a cell in vectors of slip */
+  SlipDeviceFFT fft, normal_fft;             /* transforms of all fields, and of one */
   SlipDeviceMemory share, pad;               /* [n] fields */
-  SlipDeviceMemory block[2], product[2];     /* of shear and of normal stress; NULL until asked for */
+  SlipDeviceMemory block[2], product[2];     /* of shear and of normal stress; NULL before first use */
 };
 
-/* Numbers of a block: half of a symmetric one for shear */
+/* Returns the numbers of a block, which is half of a symmetric one for shear. */
 static size_t BlockSize(const SlipBlocksShape *s, int which)
 {
   const size_t m = (size_t)(s->n * s->nz);
@@ -78,8 +78,8 @@ PetscErrorCode SlipBlocksDeviceDestroy(SlipBlocksDevice *device)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where number p of the device's block is in one of the processor: that of SlipSymmetricHalf(), a whole symmetric one,
-   or one of normal stress */
+/* Lists where number p of the device's block is in the processor's block, which is of SlipSymmetricHalf(), a whole
+   symmetric one, or one of normal stress. */
 static size_t *Places(const SlipBlocksShape *s, int which, size_t size, size_t place[])
 {
   const PetscInt m = s->n * s->nz, most = m - m % 8;
@@ -98,8 +98,8 @@ static size_t *Places(const SlipBlocksShape *s, int which, size_t size, size_t p
   return place;
 }
 
-/* blocks: [wavenumbers], of shear as the shape says, or of normal stress [n nz][nz]. All wavenumbers of a number go
-   beside each other. */
+/* Sends blocks [wavenumbers] of shear, stored as in the shape, or of normal stress [n nz][nz]. The device stores all
+   wavenumbers of a number beside each other. */
 static PetscErrorCode Put(SlipBlocksDevice d, int which, const PetscReal blocks[])
 {
   const SlipBlocksShape *s = &d->shape;
@@ -144,7 +144,7 @@ PetscErrorCode SlipBlocksDevicePutNormal(SlipBlocksDevice d, const PetscReal blo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The transform of slip, which the functions below take from here */
+/* Transforms slip for the functions below. */
 PetscErrorCode SlipBlocksDeviceForward(SlipBlocksDevice d, Vec x)
 {
   const SlipDeviceMemory share = d->shared ? d->share : d->pad;
@@ -200,7 +200,7 @@ static PetscErrorCode Take(SlipBlocksDevice d, int which, PetscReal scale, Vec y
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = scale times shear */
+/* Computes y = scale times shear. */
 PetscErrorCode SlipBlocksDeviceShear(SlipBlocksDevice d, PetscReal scale, Vec y)
 {
   PetscFunctionBegin;
@@ -210,7 +210,7 @@ PetscErrorCode SlipBlocksDeviceShear(SlipBlocksDevice d, PetscReal scale, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = scale times compression */
+/* Computes y = scale times compression. */
 PetscErrorCode SlipBlocksDeviceNormal(SlipBlocksDevice d, PetscReal scale, Vec y)
 {
   PetscFunctionBegin;

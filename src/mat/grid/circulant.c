@@ -1,7 +1,7 @@
 /*
-  A uniform grid's operators along strike. K depends on x - x' only, so it is the corner of a circulant of P >= 2 nx - 1
-  cells; one FFT along strike turns that into one real symmetric nz x nz block per wavenumber (the kernel is even in x).
-  Functions of the blocks are the "spectral" operators: exact for K itself, an approximation for sqrt(K) or an inverse.
+  A uniform grid's operators along strike. K depends on x - x' only, so that it is the corner of a circulant of
+  P >= 2 nx - 1 cells; an FFT along strike gives one real symmetric nz x nz block per wavenumber (the kernel is even in
+  x). Functions of the blocks are the "spectral" operators, exact for K and approximate for sqrt(K) or an inverse.
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
@@ -13,23 +13,23 @@
 
 struct _n_SlipCirculant {
   SlipGrid grid;
-  MPI_Comm comm;            /* whose ranks share the wavenumbers; PETSC_COMM_SELF when this process has them all */
-  PetscBool shared;         /* it has not */
-  SlipTransposedFFT pencil; /* of comm */
-  PetscInt nk;              /* wavenumbers of this process */
+  MPI_Comm comm;            /* its ranks share the wavenumbers; PETSC_COMM_SELF if this process has all */
+  PetscBool shared;         /* ranks share the wavenumbers */
+  SlipTransposedFFT pencil; /* transforms on comm */
+  PetscInt nk;              /* number of wavenumbers of this process */
   PetscInt period;          /* P, even, with small prime factors */
   PetscReal *symbol;        /* [nk][nz][nz], K per wavenumber, unscaled [Pa/m] */
-  PetscReal *halves;        /* [nk] halves of its blocks, see SlipSymmetricHalf(); NULL until asked for */
-  PetscReal *vectors;       /* [nk][nz][nz], eigenvector i of block k is row i; NULL until asked for */
-  PetscReal *values;        /* [nk][nz], eigenvalues, those below zero set to zero */
-  PetscReal *column;        /* [4][nz], of one wavenumber */
+  PetscReal *halves;        /* [nk] halves of its blocks, see SlipSymmetricHalf(); NULL before first use */
+  PetscReal *vectors;       /* [nk][nz][nz], eigenvector i of block k is row i; NULL before first use */
+  PetscReal *values;        /* [nk][nz], eigenvalues, with those below zero set to zero */
+  PetscReal *column;        /* [4][nz], work of one wavenumber */
 };
 
-/* Cells in depth beyond which ranks share the work: measured on 2 ranks, shared products take 35 us where whole ones
-   take 55 at 100 x 40, and 28 us against 44 at 100 x 32. */
+/* Cells in depth above which ranks share the work: measured on 2 ranks, shared products take 35 us instead of 55 us at
+   100 x 40, and 28 us instead of 44 us at 100 x 32. */
 #define SLIP_SHARE_MIN 30
 
-/* Smallest even length of at least n whose prime factors are 2, 3 and 5. */
+/* Returns the smallest even length of at least n whose prime factors are 2, 3 and 5. */
 PetscInt SlipGoodLength(PetscInt n)
 {
   for (PetscInt length = PetscMax(2, n + n % 2);; length += 2) {
@@ -41,8 +41,8 @@ PetscInt SlipGoodLength(PetscInt n)
   }
 }
 
-/* In-place cosine transform over the leading index of a[nk][nz * nz]: kernel to symbol, and P times back. Plans are
-   estimated, not measured, so that every rank and every run rounds alike. */
+/* Transforms by cosines over the leading index of a[nk][nz * nz] in place: kernel to symbol, and P times back. Plans
+   are estimated and not measured, so that rounding is the same on all ranks and in all runs. */
 static PetscErrorCode CosineTransform(PetscInt nk, PetscInt nz, PetscReal a[])
 {
   const fftw_r2r_kind kind = FFTW_REDFT00;
@@ -63,7 +63,7 @@ static PetscErrorCode CosineTransform(PetscInt nk, PetscInt nz, PetscReal a[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Symbol of the wavenumbers of this rank: rows of the kernel are transformed where they are and then transposed. */
+/* Computes the symbol of this rank's wavenumbers: each rank transforms its rows of the kernel, then all transpose. */
 static PetscErrorCode SymbolDistributed(SlipCirculant s)
 {
   const PetscInt nz = s->grid.nz, all = s->period / 2 + 1;
@@ -95,7 +95,7 @@ static PetscErrorCode SymbolDistributed(SlipCirculant s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With more than one rank in comm, each has some wavenumbers and rows of cells. Collective. */
+/* Creates the operators. With several ranks in comm, each has some wavenumbers and rows of cells. Collective. */
 PetscErrorCode SlipCirculantCreate(MPI_Comm comm, const SlipGrid *grid, SlipCirculant *strike)
 {
   const PetscInt nz = grid->nz, zz = nz * nz;
@@ -149,18 +149,18 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
 }
 
 /*@
-  MatSlipStiffnessSetShare - whether the ranks share wavenumbers along strike, or each multiplies the whole
+  MatSlipStiffnessSetShare - sets whether ranks share the wavenumbers along strike, or each computes whole products
 
   Logically collective
 
   Input Parameters:
 + K     - stiffness on a uniform grid
-- share - unless set: more than 30 cells deep
+- share - whether they share; by default they do with more than 30 cells in depth
 
   Options Database Key:
 . -mat_slip_share - the same, for MatSlipStiffnessSetFromOptions()
 
-  Errors: PETSC_ERR_ORDER after the first use of K, or of what was made from it
+  Errors: PETSC_ERR_ORDER after the first use of K, or of a matrix that was created from it
 
   Level: advanced
 
@@ -181,7 +181,7 @@ PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The engine of this grid for a stiffness, made at first use and kept with it. */
+/* Gets the operators of this grid for a stiffness, created at first use and composed with it. */
 PetscErrorCode SlipCirculantOfGrid(Mat K, const SlipGrid *grid, SlipCirculant *strike)
 {
   const PetscBool *set;
@@ -197,7 +197,7 @@ PetscErrorCode SlipCirculantOfGrid(Mat K, const SlipGrid *grid, SlipCirculant *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* That of the grid of K: NULL when K is not on a uniform grid. */
+/* Gets the operators of the grid of K; NULL if K is not on a uniform grid. */
 PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
 {
   const SlipGrid *grid;
@@ -209,7 +209,7 @@ PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sizes and symbol; any argument may be NULL. */
+/* Gets sizes and symbol; any argument may be NULL. */
 void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, PetscInt *period, PetscInt *nk, const PetscReal **symbol)
 {
   if (grid) *grid = &s->grid;
@@ -218,7 +218,7 @@ void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, PetscInt *period, 
   if (symbol) *symbol = s->symbol;
 }
 
-/* The ranks' share of the work; NULL when every rank has all of it. */
+/* Returns the distribution of the work over ranks; NULL if every rank does all of it. */
 SlipTransposedFFT SlipCirculantPencil(SlipCirculant s)
 {
   return s->shared ? s->pencil : NULL;
@@ -246,7 +246,7 @@ PetscErrorCode SlipCirculantGetEigen(SlipCirculant s, const PetscReal **values, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* blocks[nk][nz][nz]: V f V' per wavenumber for f[nk][nz] at the eigenvalues. */
+/* Computes blocks[nk][nz][nz]: V f V' per wavenumber for f[nk][nz] at the eigenvalues. */
 PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], PetscReal blocks[])
 {
   const PetscInt nz = s->grid.nz, nk = s->nk;
@@ -270,8 +270,8 @@ PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Flops of the transforms of a field along strike, forth and back, counted as for radix-2 ones, 2.5 P log2 P each, and
-   of a pass over all blocks with a complex vector, which is of this kind */
+/* Logs the flops of the transforms of a field along strike, forward and backward, as of radix-2 ones, 2.5 P log2 P
+   each, and of a pass over all blocks with a complex vector, which counts as this kind of work. */
 static PetscErrorCode LogFlops(SlipCirculant s, SlipWork work)
 {
   const PetscLogDouble nz = (PetscLogDouble)s->grid.nz, P = (PetscLogDouble)s->period;
@@ -283,7 +283,7 @@ static PetscErrorCode LogFlops(SlipCirculant s, SlipWork work)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With every wavenumber's block, or their halves. */
+/* Multiplies by every wavenumber's block, or by their halves. */
 static PetscErrorCode ApplyBlocks(SlipCirculant s, PetscReal scale, PetscBool half, size_t size,
                                   const PetscReal blocks[], const PetscReal x[], PetscReal y[])
 {
@@ -298,7 +298,7 @@ static PetscErrorCode ApplyBlocks(SlipCirculant s, PetscReal scale, PetscBool ha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = scale * (operator with these symmetric blocks) x; x and y are [nz][nx], or this rank's rows of it where ranks
+/* Computes y = scale * (operator with these symmetric blocks) x; x and y are [nz][nx], or this rank's rows if ranks
    share the work, and may be the same. */
 PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[], const PetscReal x[],
                                   PetscReal y[])
@@ -308,7 +308,7 @@ PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same with the stiffness itself, faster: its blocks are read one number after the other, half of each. */
+/* Does the same with the stiffness itself, faster because it reads half of each block in order. */
 PetscErrorCode SlipCirculantApplyStiffness(SlipCirculant s, PetscReal scale, const PetscReal x[], PetscReal y[])
 {
   const PetscInt nz = s->grid.nz;
@@ -324,8 +324,8 @@ PetscErrorCode SlipCirculantApplyStiffness(SlipCirculant s, PetscReal scale, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Turns the transform of a field of one mirror parity about the middle of the row into real numbers (direction 1), and
-   those back into the transform (-1): the phase of the middle is all that is complex, but for a factor i when odd. */
+/* Converts the transform of a field of one mirror parity about the middle of the row to real numbers (direction 1), and
+   these to the transform (-1): only the phase of the middle is complex, and a factor i of odd fields. */
 static void Unwind(SlipCirculant s, PetscInt parity, PetscInt direction, PetscInt k, PetscReal real[])
 {
   const PetscReal phase = PETSC_PI * (PetscReal)k * (PetscReal)(s->grid.nx - 1) / (PetscReal)s->period;
@@ -343,8 +343,8 @@ static void Unwind(SlipCirculant s, PetscInt parity, PetscInt direction, PetscIn
   }
 }
 
-/* The same for many fields of one mirror parity at once, X and Y [count][nz][nx], by level-3 BLAS; one process has all
-   wavenumbers. */
+/* Multiplies many fields of one mirror parity at once, X and Y [count][nz][nx], by level-3 BLAS; one process must have
+   all wavenumbers. */
 PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const PetscReal blocks[], PetscInt parity,
                                       PetscInt count, const PetscReal X[], PetscReal Y[])
 {
@@ -371,7 +371,7 @@ PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the engine of K on this process, 0 while it has none. */
+/* Returns the memory of the operators of K on this process; 0 if there are none. */
 PetscReal SlipCirculantBytes(Mat K)
 {
   PetscReal numbers;

@@ -1,10 +1,10 @@
 /*
-  A real block per wavenumber along strike for the stress that slip on a dipping plane makes on itself.
+  A real block per wavenumber along strike for the stress of slip on a dipping plane on the plane itself.
 
-  Stress along c for slip along d, strike s or up dip t, depends on the distance x along strike: T_ss, T_tt and what t
-  does to normal stress, T_nt, are even in it, T_st, T_ts and T_ns odd. Opening is as slip up dip. Transforms of the odd
-  ones are -i times those by sines. With i times the component up dip in place of itself, of slip and of shear stress,
-  all is real:
+  Stress along c for slip along d, strike s or up dip t, depends on the distance x along strike: T_ss, T_tt and T_nt,
+  the normal stress by t, are even in x, and T_st, T_ts and T_ns are odd. Opening is as slip up dip. Transforms of odd
+  ones are -i times sine transforms. If i times the component up dip replaces this component, of slip and of shear
+  stress, all is real:
 
      (y_s, i y_t) = X (f_s, i f_t),   X = (T_ss, -T_st; T_ts, T_tt),   y_n = -i (T_ns, T_nt) (f_s, i f_t)
 
@@ -16,7 +16,7 @@
 
 enum { STRIKE, DIP, NORMAL };
 
-/* What slip along strike, up dip or opening does to components of traction; tables are odd or even along strike. */
+/* Tables of traction by slip along strike, up dip or opening; tables are odd or even along strike */
 typedef struct {
   PetscInt count;
   PetscInt traction[3];
@@ -34,7 +34,7 @@ static Tables TablesOf(PetscInt n, const PetscInt component[], PetscBool normal,
   return t;
 }
 
-/* Centre of the cells of row iz, d cells along strike from the first */
+/* Computes the centre of the cell of row iz that is d cells along strike from the first. */
 static void CentreOf(const SlipDippingGrid *g, PetscInt d, PetscInt iz, PetscReal point[3])
 {
   const PetscReal down = ((PetscReal)iz + 0.5) * g->grid.length_z / (PetscReal)g->grid.nz;
@@ -55,7 +55,8 @@ static SlipDippingRectangle CellOf(const SlipDippingGrid *g, PetscInt iz)
     p[0], p[1], p[2], g->grid.length_x / (PetscReal)g->grid.nx, g->grid.length_z / (PetscReal)g->grid.nz, 0, g->dip};
 }
 
-/* Traction [3] of slip along each component on a cell of row iz at its own centre: along that component, and normal. */
+/* Computes the traction [3] of slip along each component on a cell of row iz at its own centre: along that component,
+   and normal. */
 PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal shear[3], PetscReal normal[3])
 {
   const SlipKernel *kernel = &g->grid.kernel;
@@ -67,13 +68,13 @@ PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal s
   for (PetscInt d = 0; d < PetscMax(2, kernel->type->components); d++) {
     PetscCall((*kernel->type->plane)(kernel, &cell, d, 1, point, traction));
     shear[d] = traction[d];
-    normal[d] = d == STRIKE ? 0 : traction[NORMAL]; /* odd */
+    normal[d] = d == STRIKE ? 0 : traction[NORMAL]; /* 0 as it is odd */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slip on the first cell of row jz: row[period / 2 + 1][table][nz], zero beyond the grid. points and traction
-   [nz][3] */
+/* Fills the tables of slip on the first cell of row jz: row[period / 2 + 1][table][nz], zero beyond the grid. points
+   and traction [nz][3] are work. */
 static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tables *t, PetscInt jz, PetscReal points[],
                               PetscReal traction[], PetscReal row[])
 {
@@ -91,8 +92,7 @@ static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tab
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Plans of a row's even tables, [0], and of its odd ones, between the ends, where these are zero; NULL where they
-   end. */
+/* Plans the transforms of a row's even tables, [0], and of its odd ones without the ends, where these are 0; NULL: none */
 static PetscErrorCode PlanRows(PetscInt nk, PetscInt apart, PetscInt nz, PetscReal row[], fftw_plan plan[2])
 {
   const int length[2] = {(int)nk, (int)nk - 2};
@@ -125,8 +125,8 @@ static void TransformRow(PetscInt nk, PetscInt nz, const Tables *t, const fftw_p
   }
 }
 
-/* All that slip along one component does, [local wavenumbers][source row][table][receiver row]; fftw_free() it. Ranks
-   compute rows of sources each. */
+/* Computes all tables of slip along one component, [local wavenumbers][source row][table][receiver row], which
+   fftw_free() frees. Each rank computes some rows of sources. */
 static PetscErrorCode TablesByWave(MPI_Comm comm, const SlipDippingGrid *g, PetscInt slip, const Tables *t, PetscInt nk,
                                    PetscReal **waves)
 {
@@ -154,8 +154,7 @@ static PetscErrorCode TablesByWave(MPI_Comm comm, const SlipDippingGrid *g, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The symmetric part of X, above, [n nz][n nz]; waves: of slip along each component, tables apart, this
-   wavenumber's. */
+/* Computes the symmetric part of X, above, [n nz][n nz] from this wavenumber's tables of slip along each component. */
 static void StiffnessBlock(PetscInt n, PetscInt nz, PetscInt tables, PetscReal *const waves[], PetscReal X[])
 {
   const PetscInt m = n * nz;
@@ -173,8 +172,9 @@ static void StiffnessBlock(PetscInt n, PetscInt nz, PetscInt tables, PetscReal *
       X[(size_t)j * m + i] = X[(size_t)i * m + j] = 0.5 * (X[(size_t)j * m + i] + X[(size_t)i * m + j]);
 }
 
-/* Blocks of this rank's nk_local wavenumbers of period / 2 + 1: halves of symmetric ones for the stiffness, and for
-   normal stress, unless normal is NULL, [n nz][nz]; n components of slip. free() both. Collective. */
+/* Computes the blocks of this rank's nk_local wavenumbers of period / 2 + 1: halves of symmetric ones for the
+   stiffness, and [n nz][nz] for normal stress unless that is NULL; n components of slip. free() frees both.
+   Collective. */
 PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *g, PetscInt period, PetscInt nk_local,
                                  PetscInt n, const PetscInt component[], PetscReal **stiffness, PetscReal **normal)
 {

@@ -1,9 +1,9 @@
 /*
-  Stiffness of a dipping plane and what slip on it does to normal stress, of type "slipdippingfft", exact: products by
-  transforms along strike and a real block per wavenumber (dipping_blocks.c). Rakes differ from cell to cell: they turn
-  slip into components before, and stress into shear along them behind. Where all slip along strike, or all up dip or
-  down, there is one component. Where slip is a vector it has its components as it is, and so has stress. Both matrices
-  have one engine, so that products with both transform slip once.
+  Stiffness of a dipping plane and change of its normal stress by slip, of type "slipdippingfft": exact products by
+  transforms along strike and a real block per wavenumber (dipping_blocks.c). Rakes may differ from cell to cell: slip
+  is resolved into components before a product, and stress along the rakes after it. If all cells slip along strike, or
+  all along dip, there is one component. Vectors of slip and of stress have these components already. Both matrices
+  share one engine, so that products with both transform slip once.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -16,28 +16,28 @@
 #define TYPE "slipdippingfft"
 
 typedef struct {
-  PetscInt users; /* matrices that it belongs to */
+  PetscInt users; /* number of matrices that use it */
   PetscInt nx, nz, n;
   PetscInt component[3]; /* n of them: 0 along strike, 1 up dip, 2 opening */
-  PetscBool vector;      /* slip and stress drop are of all n components of each cell, 2 or 3 */
-  PetscReal *share[2];   /* [rows of cells of this rank] unit slip along its rake has of each; NULL of vectors */
+  PetscBool vector;      /* slip and stress drop have all n components of each cell, 2 or 3 */
+  PetscReal *share[2];   /* [rows of cells of this rank] components of unit slip along the rake; NULL for vectors */
   SlipTransposedFFT pencil;
-  SlipGather gather, normal_gather; /* of slip; of compression, where slip is a vector */
-  PetscReal *stiffness;    /* [local wavenumbers] halves of symmetric blocks [n nz][n nz]; NULL once K is destroyed */
+  SlipGather gather, normal_gather; /* of slip; of compression if slip is a vector */
+  PetscReal *stiffness;    /* [local wavenumbers] halves of symmetric blocks [n nz][n nz]; NULL after K is destroyed */
   PetscReal *normal;       /* [local wavenumbers][n nz][nz]; NULL without Kn */
-  PetscReal *waves;        /* [local wavenumbers][n nz] complex, of all components; of one the pencil's own */
+  PetscReal *waves;        /* [local wavenumbers][n nz] complex, of all components; the pencil's own for one */
   PetscReal *normal_waves; /* [local wavenumbers][nz] complex */
-  PetscReal *column;       /* of one wavenumber */
-  PetscReal *field, *y;    /* [rows of cells], y [n] of each where slip is a vector */
+  PetscReal *column;       /* work of one wavenumber */
+  PetscReal *field, *y;    /* [rows of cells]; y has n numbers for each if slip is a vector */
   SlipBlocksDevice device; /* NULL: not in use */
 } Engine;
 
 typedef struct {
   Engine *engine;
-  PetscBool normal; /* Kn */
-  PetscBool used;   /* on the device */
-  PetscReal scale;  /* what MatScale() asked for */
-  Vec diagonal;     /* of scale 1 */
+  PetscBool normal; /* this is Kn */
+  PetscBool used;   /* it is on the device */
+  PetscReal scale;  /* factor of MatScale() */
+  Vec diagonal;     /* diagonal at a scale of 1 */
 } Dipping;
 
 /* ---- the engine ---- */
@@ -64,7 +64,7 @@ static PetscErrorCode EngineDestroy(Engine **engine)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The components that some cell slips along, exactly, and what each cell of this rank's rows has of them */
+/* Finds the components along which some cell slips, and the components of each cell of this rank's rows. */
 static PetscErrorCode SetComponents(Engine *e, PetscBool opens, const PetscReal rake[])
 {
   const PetscInt N = e->nx * e->nz, rows = e->pencil->layout.rows * e->nx;
@@ -112,7 +112,7 @@ static PetscErrorCode EngineCreate(MPI_Comm comm, const SlipDippingGrid *grid, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* to[k] = i^turns from[k], nz complex numbers each of all local wavenumbers, so many reals apart */
+/* Copies to[k] = i^turns from[k], nz complex numbers of each local wavenumber, which are so many reals apart. */
 static void CopyWaves(const Engine *e, int turns, const PetscReal from[], PetscInt from_apart, PetscReal to[],
                       PetscInt to_apart)
 {
@@ -131,7 +131,7 @@ static void CopyWaves(const Engine *e, int turns, const PetscReal from[], PetscI
   }
 }
 
-/* Waves of slip's components. Collective. */
+/* Transforms the components of slip. Collective. */
 static PetscErrorCode Forward(Engine *e, Vec u)
 {
   const PetscInt rows = e->pencil->layout.rows * e->nx, nz = e->nz;
@@ -148,7 +148,7 @@ static PetscErrorCode Forward(Engine *e, Vec u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks of all wavenumbers, of one matrix or of both while a wavenumber's slip is at hand: shear in place of slip. */
+/* Multiplies by the blocks of all wavenumbers, of one matrix or of both at each wavenumber; shear overwrites slip. */
 static void ApplyBlocks(Engine *e, PetscBool shear, PetscBool normal)
 {
   const PetscInt nz = e->nz, m = e->n * nz;
@@ -163,7 +163,7 @@ static void ApplyBlocks(Engine *e, PetscBool shear, PetscBool normal)
   }
 }
 
-/* f = scale times shear along the rakes, or all components of stress drop. Collective. */
+/* Computes f = scale times shear along the rakes, or all components of stress drop. Collective. */
 static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
 {
   const PetscInt rows = e->pencil->layout.rows * e->nx, nz = e->nz;
@@ -179,7 +179,7 @@ static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n = scale times compression; slip up dip alone was not turned. Collective. */
+/* Computes n = scale times compression; slip up dip alone has no factor i. Collective. */
 static PetscErrorCode BackwardNormal(Engine *e, PetscReal scale, Vec n)
 {
   PetscFunctionBegin;
@@ -189,7 +189,7 @@ static PetscErrorCode BackwardNormal(Engine *e, PetscReal scale, Vec n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counted as for radix-2 transforms of pairs of rows, 2.5 P log2 P each */
+/* Logs the flops as of radix-2 transforms of pairs of rows, 2.5 P log2 P each. */
 static PetscErrorCode LogFlops(const Engine *e, PetscBool shear, PetscBool normal)
 {
   const PetscLogDouble P = (PetscLogDouble)e->pencil->period, rows = (PetscLogDouble)e->pencil->layout.rows;
@@ -251,7 +251,7 @@ static PetscErrorCode DippingMult(Mat A, Vec u, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatSlipStiffnessMultBoth() of a Kn: of the K that was made with it at once */
+/* MatSlipStiffnessMultBoth() of a Kn: it computes both products at once if K was created with this Kn. */
 static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 {
   Dipping *k, *kn;
@@ -310,7 +310,7 @@ static PetscErrorCode DippingScale(Mat A, PetscScalar a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers on this process: of the blocks, and of the rest. K has what both need, or Kn once it is alone. */
+/* Counts the numbers on this process, of blocks and of the rest, which counts for K, or for Kn when it is alone. */
 static PetscReal BlockNumbers(const Dipping *d)
 {
   const Engine *e = d->engine;
@@ -369,7 +369,7 @@ static PetscErrorCode DippingView(Mat A, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks of the one matrix go with it, the rest with the second. */
+/* Destroys the blocks of one matrix with it, and the rest with the second one. */
 static PetscErrorCode DippingDestroy(Mat A)
 {
   Dipping *d;
@@ -388,8 +388,7 @@ static PetscErrorCode DippingDestroy(Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the cells that this rank owns, of a square matrix; what strike and dip have to do with each other is zero
-   there. */
+/* Fills the diagonal for the cells of this rank, for a square matrix; terms between strike and dip are zero there. */
 static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
 {
   const PetscInt components = d->engine->vector ? d->engine->n : 1;
@@ -448,7 +447,7 @@ PetscBool SlipDippingTransforms(const SlipKernel *kernel)
   return (PetscBool)(kernel->type->plane && kernel->average == SLIP_AVERAGE_CENTRE);
 }
 
-/* K, and Kn unless it is NULL, of a grid and a kernel that were checked. Collective. */
+/* Creates K, and Kn unless it is NULL, for a grid and a kernel that have been checked. Collective. */
 PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid, Mat *K, Mat *Kn)
 {
   const SlipKernel *kernel = &grid->grid.kernel;

@@ -1,5 +1,5 @@
-/* The whole of a distributed vector on every rank, for small fields; or the rows of cells that a rank transforms.
-   Either way operators give the same numbers at every rank count. */
+/* Gathers a whole distributed vector on every rank, for small fields, or the rows of cells that a rank transforms. In
+   both cases the results of operators do not depend on the number of ranks. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
@@ -15,8 +15,8 @@ static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* pencil: of A's rows, one of a cell or several, those of the pencil's cells; NULL: the whole of what A takes.
-   Collective. */
+/* Creates a gather. With a pencil it gathers A's rows, one or several per cell, of the pencil's cells; NULL: all of a
+   vector that A multiplies. Collective. */
 PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
 {
   PetscMPIInt size;
@@ -73,7 +73,7 @@ PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y from what SlipGatherGet() gave the shape of. Collective. */
+/* Sets y from an array of the shape of SlipGatherGet(). Collective. */
 PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y)
 {
   PetscReal *py;
@@ -95,7 +95,7 @@ PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y := the sum of all processes' arrays [N]. Collective. */
+/* Sets y to the sum of all processes' arrays [N]. Collective. */
 PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
 {
   PetscReal *py;
@@ -110,7 +110,7 @@ PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Memory of a gather on this process. */
+/* Returns the memory of a gather on this process. */
 PetscReal SlipGatherBytes(const SlipGather *g)
 {
   PetscInt n = 0;

@@ -1,4 +1,4 @@
-/* The uniform grid behind a stiffness: checks, its kernel values, and how a Mat remembers it. */
+/* The uniform grid of a stiffness: checks, its kernel values, and its composition with a Mat. */
 #include <slipmat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
@@ -44,8 +44,8 @@ PetscErrorCode SlipGridOf(Mat K, const SlipGrid **grid)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What averages over the cells at the border have on the diagonal beyond SlipGridEntry(), unscaled [Pa/m]: no cell
-   shares their outer edges. The free surface is no edge. */
+/* Returns what averages over cells at the border add to SlipGridEntry() on the diagonal, unscaled [Pa/m], because no
+   cell shares their outer edges. The free surface is no edge. */
 PetscReal SlipGridBorder(const SlipGrid *g, PetscInt ix, PetscInt iz)
 {
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
@@ -59,7 +59,7 @@ PetscReal SlipGridBorder(const SlipGrid *g, PetscInt ix, PetscInt iz)
          along_strike * k->type->edge(k, PETSC_TRUE, b, 1, ratio);
 }
 
-/* Symmetrised kernel between depths iz and jz, d cells apart along strike, unscaled [Pa/m]. */
+/* Returns the symmetrised kernel between depths iz and jz, d cells apart along strike, unscaled [Pa/m]. */
 PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
 {
   const SlipKernel *k = &g->kernel;
@@ -68,7 +68,7 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
   const PetscBool even = SlipKernelIs(k, SLIP_EVEN_DEPTH);
   SlipCell receiver = {.rectangle = {dx, 0, zi, a, b, 0, 90}, .rake = 0},
            source = {.rectangle = {0, 0, zj, a, b, 0, 90}, .rake = 0};
-  PetscReal entry[SLIP_KERNEL_BLOCK], other[SLIP_KERNEL_BLOCK]; /* of which the first is shear stress */
+  PetscReal entry[SLIP_KERNEL_BLOCK], other[SLIP_KERNEL_BLOCK]; /* the first is shear stress */
 
   SlipWorkAdd(SLIP_WORK_KERNEL, 1);
   if (even || (k->average && k->type->surface)) {

@@ -1,13 +1,13 @@
 /*
   Complex transforms of SLIP_LANES fields at once, one in each lane of a vector unit, so that all arithmetic is vector
-  code, whatever the length: Stockham's algorithm with radices 8, 5, 4, 3 and 2, which sorts by itself (P. N.
+  code for any length: Stockham's algorithm with radices 8, 5, 4, 3 and 2, whose output is in order (P. N.
   Swarztrauber, FFT algorithms for vector computers, Parallel Computing 1, 45-63, 1984).
 
   A point takes 0.6 to 0.7 ns with AVX-512 and 1.1 to 1.3 with AVX2, at any length of up to 128 with factors 2, 3, 5.
-  FFTW's plans are estimated, so that every run rounds alike, and take 1.0 to 1.2 ns at lengths that suit them and 2.1
-  to 2.8 at 90, 108, 144, 180, 192, 216, 288, 300, 360 and 384 (one field after the other; interleaved ones take longer;
-  measured). With AVX2 alone FFTW is therefore 6 to 13 % faster on grids of 256 and 512 rows, whose lengths suit it. It
-  is not used there: its fields and symbols would have to lie otherwise, for a second way through every product.
+  FFTW's plans are estimated, so that every run rounds alike, and take 1.0 to 1.2 ns at suitable lengths and 2.1 to 2.8
+  at 90, 108, 144, 180, 192, 216, 288, 300, 360 and 384 (one field after the other; interleaved ones take longer;
+  measured). With AVX2 alone FFTW is therefore 6 to 13 % faster on grids of 256 and 512 rows. It is not used there,
+  because it needs another order of fields and symbols, and with it a second version of every product.
 */
 #include <slipmat.h>
 #include <stdlib.h>
@@ -25,7 +25,7 @@ typedef struct {
   void (*join)(PetscInt, PetscReal *const[2], PetscInt, PetscInt, PetscInt, const PetscReal[], PetscInt);
 } Unit;
 
-/* Units of x86-64, of which the program takes what the machine has; elsewhere vectors of two numbers */
+/* Vector units of x86-64, of which a program chooses the machine's; elsewhere vectors have two numbers */
 #if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
   !defined(__SANITIZE_ADDRESS__)
   #define WIDE
@@ -56,7 +56,7 @@ enum { MOST_PASSES = 31 };
 
 struct _n_SlipLanesFFT {
   PetscInt n, passes, radix[MOST_PASSES];
-  PetscReal *twiddle[MOST_PASSES]; /* [n_i / r][r - 1] complex, n_i what is left of n before the pass */
+  PetscReal *twiddle[MOST_PASSES]; /* [n_i / r][r - 1] complex, n_i the remaining factor of n before the pass */
   PetscReal *spare;                /* [n] numbers */
   PetscReal *turn;                 /* [n] complex, exp(-i pi j / n) */
   const Unit *unit;
@@ -71,7 +71,7 @@ static const Unit *UnitOfThisMachine(void)
   return &Unit2;
 }
 
-/* The next factor of a length: 8 unless two of 4 are better, 1 at the end */
+/* Returns the next factor of a length: 8 unless two of 4 are better, 1 at the end. */
 static PetscInt Radix(PetscInt left)
 {
   if (left % 5 == 0) return 5;
@@ -125,11 +125,11 @@ PetscErrorCode SlipLanesFFTDestroy(SlipLanesFFT *fft)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Transforms *x [n] numbers, there or back, unscaled. *x changes places with memory of the same size, made by
-   SlipAllocateLines(), where the result is there. */
+/* Transforms *x [n], forward or backward, unscaled. Each pass swaps *x with the spare memory, which has the same size
+   and is also of SlipAllocateLines(). */
 static void Transform(SlipLanesFFT f, PetscBool back, PetscReal **x)
 {
-  const PetscInt re = back ? SLIP_LANES : 0, im = back ? 0 : SLIP_LANES; /* the conjugate's transform is the way back */
+  const PetscInt re = back ? SLIP_LANES : 0, im = back ? 0 : SLIP_LANES; /* backward: the conjugate */
   PetscInt left = f->n;
 
   for (PetscInt i = 0; i < f->passes; i++) {
@@ -143,8 +143,8 @@ static void Transform(SlipLanesFFT f, PetscBool back, PetscReal **x)
   }
 }
 
-/* Numbers beyond the first n of a transform of length 2 n are added to those n before them: even wavenumbers see both
-   alike, odd ones with the other sign */
+/* Adds the numbers beyond the first n of a transform of length 2 n to those n places before: for even wavenumbers with
+   the same sign, for odd ones with the opposite sign. */
 static void LoadRest(SlipLanesFFT f, const SlipLanesFields *g, const PetscReal field[], PetscReal *room[2])
 {
   for (PetscInt i = f->n; i < g->n; i++) {
@@ -176,8 +176,8 @@ static void StoreRest(SlipLanesFFT f, const SlipLanesFields *g, PetscReal scale,
   }
 }
 
-/* The transforms of fields that are padded to 2 n numbers: even numbers in room[0], odd ones in room[1]. Half of the
-   padded fields are zeros, so that transforms are two of half the length. */
+/* Transforms fields that are padded to 2 n numbers: even wavenumbers in room[0], odd ones in room[1]. As half of a
+   padded field is zero, these are two transforms of half the length. */
 void SlipLanesForward(SlipLanesFFT f, const SlipLanesFields *g, const PetscReal field[], PetscReal *room[2])
 {
   SlipLanesFields first = *g;
@@ -188,22 +188,22 @@ void SlipLanesForward(SlipLanesFFT f, const SlipLanesFields *g, const PetscReal 
   for (int i = 0; i < 2; i++) Transform(f, PETSC_FALSE, &room[i]);
 }
 
-/* Those of pairs of real fields from transforms of complex ones, whose real and imaginary parts they are, for
-   wavenumbers in [start, end): a [end - start][fields] complex, na reals from one wavenumber to the next */
+/* Computes the transforms of pairs of real fields from those of complex ones, whose real and imaginary parts they are,
+   for wavenumbers in [start, end): a [end - start][fields] complex, na reals from one wavenumber to the next. */
 void SlipLanesSplit(SlipLanesFFT f, PetscReal *room[2], PetscInt fields, PetscInt start, PetscInt end, PetscReal a[],
                     PetscInt na)
 {
   (*f->unit->split)(f->n, room, fields, start, end, a, na);
 }
 
-/* And back */
+/* Does the inverse of SlipLanesSplit(). */
 void SlipLanesJoin(SlipLanesFFT f, PetscReal *room[2], PetscInt fields, PetscInt start, PetscInt end,
                    const PetscReal a[], PetscInt na)
 {
   (*f->unit->join)(f->n, room, fields, start, end, a, na);
 }
 
-/* And back, times scale, of which only the first numbers are of use */
+/* Transforms backward, times scale; only the first numbers are used. */
 void SlipLanesBackward(SlipLanesFFT f, const SlipLanesFields *g, PetscReal scale, PetscReal *room[2], PetscReal field[])
 {
   SlipLanesFields first = *g;
@@ -214,9 +214,9 @@ void SlipLanesBackward(SlipLanesFFT f, const SlipLanesFields *g, PetscReal scale
   StoreRest(f, g, scale, room, field);
 }
 
-/* f = 2 n (T + A reversed - z q reversed z) f in place, of SLIP_LANES fields [nz] complex, one behind the other, nz
-   <= n. The symbols T [n + 1][SLIP_LANES], A and q [n + 1][2][SLIP_LANES], or NULL, are those of toeplitz.c; z [nz].
-   room [4]: [n] numbers each, of u's and v's halves. */
+/* Computes f = 2 n (T + A reversed - z q reversed z) f in place for SLIP_LANES fields [nz] complex, one after the
+   other, nz <= n. The symbols T [n + 1][SLIP_LANES], A and q [n + 1][2][SLIP_LANES], or NULL, are those of toeplitz.c;
+   z [nz]. room [4] is work, [n] numbers each, for the halves of u and v. */
 void SlipLanesMultiply(SlipLanesFFT f, const SlipToeplitzSymbol *s, size_t group, PetscInt nz, const PetscReal z[],
                        PetscReal *room[4], PetscReal field[])
 {

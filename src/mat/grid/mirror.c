@@ -1,8 +1,8 @@
 /*
-  Operators of a uniform grid commute with the mirror x -> -x, so they fall into two blocks of half the size, one on
-  even and one on odd fields. A row of nx cells has the orthonormal basis (e_i +- e_j) / sqrt 2, j = nx - 1 - i, i < nx
-  / 2, and the middle cell alone (even) when nx is odd. Blocks are row-major with index iz * hx + ix, hx half the cells
-  of a row.
+  Operators of a uniform grid commute with the mirror x -> -x, so that they separate into two blocks of half the size,
+  one for even and one for odd fields. A row of nx cells has the orthonormal basis (e_i +- e_j) / sqrt 2, j = nx - 1 -
+  i, i < nx / 2, and the middle cell alone (even) if nx is odd. Blocks are row-major with index iz * hx + ix, where hx
+  is half the cells of a row.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -13,7 +13,8 @@ PetscInt SlipMirrorWidth(PetscInt nx, PetscInt parity)
   return parity ? nx / 2 : (nx + 1) / 2;
 }
 
-/* block: even (parity 0) or odd (1) block of scale * K, from kernel[d * nz * nz + iz * nz + jz] of SlipGridKernel(). */
+/* Computes the even (parity 0) or odd (1) block of scale * K from kernel[d * nz * nz + iz * nz + jz] of
+   SlipGridKernel(). */
 void SlipMirrorSplit(PetscInt nx, PetscInt nz, const PetscReal kernel[], PetscReal scale, PetscInt parity,
                      PetscReal block[])
 {
@@ -32,7 +33,7 @@ void SlipMirrorSplit(PetscInt nx, PetscInt nz, const PetscReal kernel[], PetscRe
     }
 }
 
-/* The whole matrix A, row-major N * N, from its two blocks. */
+/* Computes the whole matrix A, row-major N * N, from its two blocks. */
 void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even[], const PetscReal odd[], PetscReal A[])
 {
   const PetscInt N = nx * nz, he = SlipMirrorWidth(nx, 0), ho = SlipMirrorWidth(nx, 1);
@@ -55,7 +56,7 @@ static PetscReal FoldWeight(PetscInt ix, PetscInt nx)
   return 2 * ix + 1 == nx ? 0.5 : PETSC_SQRT2 / 2;
 }
 
-/* half [nz][hx] = coefficients of the even or odd part of the field x [nz][nx]. */
+/* Computes half [nz][hx], the coefficients of the even or odd part of the field x [nz][nx]. */
 void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x[], PetscReal half[])
 {
   const PetscInt hx = SlipMirrorWidth(nx, parity);
@@ -66,7 +67,7 @@ void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x
       half[iz * hx + ix] = FoldWeight(ix, nx) * (x[iz * nx + ix] + sign * x[iz * nx + nx - 1 - ix]);
 }
 
-/* x += the field with these coefficients. */
+/* Adds the field with these coefficients to x. */
 void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal half[], PetscReal x[])
 {
   const PetscInt hx = SlipMirrorWidth(nx, parity);

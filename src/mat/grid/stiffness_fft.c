@@ -1,5 +1,5 @@
-/* Stiffness of type "slipfft", exact: products by transforms along strike, and in depth either by transforms too or by
-   a block per wavenumber, whichever is faster. */
+/* Stiffness of type "slipfft": exact products by transforms along strike, and in depth by transforms or by a block per
+   wavenumber, whichever is faster. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
@@ -7,29 +7,29 @@
 
 typedef struct {
   SlipGrid grid;
-  Vec border;              /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
-  Vec work;                /* with border */
+  Vec border;              /* SLIP_AVERAGE_WHOLE: terms of cells at the border besides the kernel; otherwise NULL */
+  Vec work;                /* only with border */
   SlipToeplitz plane;      /* borrowed from the matrix itself; NULL with blocks */
   SlipCirculant strike;    /* borrowed from the matrix itself, with blocks */
   PetscInt depth;          /* row of Depths */
-  PetscBool ready;         /* the choice of transform is made, at first use */
-  PetscBool transform;     /* in depth, instead of blocks */
-  PetscReal scale;         /* what MatScale() asked for */
-  PetscInt start, end;     /* rows owned */
-  SlipGather gather;       /* with blocks */
-  PetscReal *y;            /* [N] with blocks */
-  SlipToeplitz there;      /* of products on the device, by transforms in depth; NULL: not in use */
-  SlipBlocksDevice blocks; /* the same of kernels without them */
+  PetscBool ready;         /* transform was set, at first use */
+  PetscBool transform;     /* transforms in depth instead of blocks */
+  PetscReal scale;         /* factor of MatScale() */
+  PetscInt start, end;     /* rows of this process */
+  SlipGather gather;       /* only with blocks */
+  PetscReal *y;            /* [N], only with blocks */
+  SlipToeplitz there;      /* for products on the device by transforms in depth; NULL: not in use */
+  SlipBlocksDevice blocks; /* for products on the device by blocks; NULL: not in use */
   Vec border_there, work_there;
 } FFTContext;
 
-/* Up to so many cells in depth a block per wavenumber is as fast as transforms: measured along 100 cells with AVX2;
-   with AVX-512 transforms of 40 take three quarters of the time. */
+/* Cells in depth up to which a block per wavenumber is as fast as transforms: measured along 100 cells with AVX2; with
+   AVX-512 transforms of 40 take three quarters of the time. */
 #define DEPTH_BLOCKS_MAX 30
 
 static const char *const Depths[] = {"auto", "blocks", "transform"};
 
-/* At first use: how depth is treated, and the engine of that. */
+/* Chooses at first use how depth is treated, and creates the engine of that. */
 static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
 {
   PetscInt N;
@@ -50,7 +50,7 @@ static PetscErrorCode MatSetUp_SlipFFT(Mat K, FFTContext *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = scale * (kernel of the grid) x */
+/* Computes y = scale * (kernel of the grid) x. */
 static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
 {
   const PetscReal *px;
@@ -67,7 +67,8 @@ static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Products on the device are by transforms in depth where the kernel allows them, else by a block per wavenumber. */
+/* Puts the matrix on the device, with transforms in depth if the kernel allows them, otherwise with a block per
+   wavenumber. */
 static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
 {
   const PetscReal *symbol;
@@ -166,8 +167,8 @@ static PetscErrorCode FFTScale(Mat K, PetscScalar a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Entries of all cells, by a product for each depth in place of one for each cell: those of two cells depend on their
-   depths and on how far they are apart along strike, so that the columns of the first cell of each depth have all. */
+/* Computes all entries by a product per depth instead of one per cell: entries depend on the depths of two cells and on
+   their distance along strike, so that the columns of the first cell of each depth contain all of them. */
 static PetscErrorCode FFTEntries(Mat K, Mat dense)
 {
   FFTContext *c;
@@ -235,7 +236,7 @@ static PetscErrorCode FFTToDense(Mat K, MatType type, MatReuse reuse, Mat *D)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a product takes, unless products are on the device; collective, as what they need is made by then */
+/* Returns the memory of products, unless these are on the device. Collective, as it creates the engine. */
 static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
 {
   FFTContext *c;

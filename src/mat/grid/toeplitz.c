@@ -1,15 +1,15 @@
 /*
   Stiffness of a uniform grid by transforms both along strike and in depth, O(N log N), on any number of ranks.
 
-  With s = z + z' the sum of two depths, the surface part of the symmetrised kernel is A(s) - z z' q(s), which
-  SlipKernelType.surface() gives, and the full space's T depends on z - z' only. Multiplying by z commutes with
-  transforms along strike, so each wavenumber along strike needs two transforms in depth, of u and of z u, and two back:
+  Where s = z + z' is the sum of two depths, the surface part of the symmetrised kernel is A(s) - z z' q(s), by
+  SlipKernelType.surface(), and the full space's T depends on z - z' only. Multiplication by z commutes with transforms
+  along strike, so that each wavenumber needs two transforms in depth, of u and of z u, and two backward ones:
 
      y^(k) = T^(k) u^(k) + A^(k) u^(-k),   w^(k) = q^(k) (z u)^(-k),   K u = y - z w.
 
-  Rows of cells are spread over the ranks along z for the transforms along strike and along the wavenumber for those in
-  depth, with a transpose between them (transposed_fft.c). All rows and all wavenumbers are transformed alike (lanes.c),
-  so that results do not depend on the number of ranks.
+  Ranks have rows of cells for the transforms along strike and wavenumbers for those in depth, with a transpose between
+  them (transposed_fft.c). All rows and all wavenumbers are transformed in the same way (lanes.c), so that results do
+  not depend on the number of ranks.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -18,7 +18,7 @@
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipwork.h>
 
-/* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
+/* Computes the three kernels at all distances along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b). */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
 {
   const SlipKernel *kernel = &g->kernel;
@@ -36,7 +36,8 @@ static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[
   }
 }
 
-/* Kernels, cosine transformed along strike, of this rank's depths; then transposed to its wavenumbers. */
+/* Computes the kernels of this rank's depths, transforms them by cosines along strike, and transposes them to its
+   wavenumbers. */
 static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **kernels)
 {
   const PetscInt nk = p->period / 2 + 1, depths = 2 * p->grid.nz - 1;
@@ -63,7 +64,7 @@ static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reals of the symbol of T: those of SLIP_LANES wavenumbers stand side by side, the last ones may be of none. */
+/* Returns the reals of the symbol of T: SLIP_LANES wavenumbers are side by side, and the last lanes may be unused. */
 size_t SlipToeplitzSymbolSize(SlipToeplitz p)
 {
   const PetscInt groups = (p->pencil->layout.columns + SLIP_LANES - 1) / SLIP_LANES;
@@ -71,20 +72,20 @@ size_t SlipToeplitzSymbolSize(SlipToeplitz p)
   return (size_t)groups * SLIP_LANES * (p->depth_period / 2 + 1);
 }
 
-/* Where number i of wavenumber k is */
+/* Returns the place of number i of wavenumber k. */
 static size_t SymbolAt(SlipToeplitz p, PetscInt k, PetscInt i)
 {
   return ((size_t)(k / SLIP_LANES) * (p->depth_period / 2 + 1) + i) * SLIP_LANES + k % SLIP_LANES;
 }
 
-/* The same of a complex symbol; its imaginary part is SLIP_LANES behind. */
+/* Returns the same for a complex symbol, whose imaginary part is SLIP_LANES later. */
 static size_t ComplexAt(SlipToeplitz p, PetscInt k, PetscInt i)
 {
   return 2 * SymbolAt(p, k, i) - k % SLIP_LANES;
 }
 
-/* Of local wavenumber k along strike and i <= depth_period / 2 in depth: a real number of part 0, toeplitz, a complex
-   one of part 1, hankel, and of part 2, product */
+/* Gets the symbol at local wavenumber k along strike and i <= depth_period / 2 in depth: a real number of part 0,
+   toeplitz, a complex one of part 1, hankel, and of part 2, product. */
 void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt part, PetscInt k, PetscInt i,
                           PetscReal number[])
 {
@@ -94,7 +95,7 @@ void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt 
   for (PetscInt c = 0; c < (part ? 2 : 1); c++) number[c] = parts[part][at + (size_t)(c * SLIP_LANES)];
 }
 
-/* Memory for the first 1 to 3 parts of a symbol: toeplitz, hankel, product. */
+/* Allocates the first 1 to 3 parts of a symbol: toeplitz, hankel, product. */
 PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s)
 {
   const size_t size = SlipToeplitzSymbolSize(p);
@@ -121,7 +122,7 @@ PetscErrorCode SlipToeplitzSymbolDestroy(SlipToeplitzSymbol *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Transforms in depth of the kernels [local nk][2 nz - 1][stride], the first of which is even, into a symbol. */
+/* Sets a symbol to the transforms in depth of the kernels [local nk][2 nz - 1][stride], the first of which is even. */
 PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt parts, const PetscReal kernels[],
                                      SlipToeplitzSymbol *s)
 {
@@ -166,7 +167,7 @@ static PetscErrorCode FormStiffness(SlipToeplitz p, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Out of place, which takes two thirds of the time in place (1024 complex numbers, measured). */
+/* Plans transforms out of place, which take two thirds of the time in place (1024 complex numbers, measured). */
 static PetscErrorCode Plan(SlipToeplitz p)
 {
   const int Q = (int)p->depth_period;
@@ -186,7 +187,7 @@ static PetscErrorCode Plan(SlipToeplitz p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows of cells that this rank transforms, from the distribution of K's vectors where that is another one. */
+/* Creates the scatter to the rows of cells that this rank transforms if K's vectors have another distribution. */
 static PetscErrorCode CreateScatter(SlipToeplitz p, Mat K)
 {
   const PetscInt nx = p->grid.nx, n = p->pencil->layout.rows * nx;
@@ -209,7 +210,7 @@ static PetscErrorCode CreateScatter(SlipToeplitz p, Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective on K, whose vectors' distribution is taken. */
+/* Creates the engine with the distribution of K's vectors. Collective on K. */
 static PetscErrorCode PlaneCreate(Mat K, const SlipGrid *grid, SlipToeplitz *plane)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
@@ -271,7 +272,7 @@ PetscReal SlipToeplitzBytes(SlipToeplitz p)
          SlipTransposedFFTBytes(p->pencil);
 }
 
-/* The engine of this grid for a stiffness, made at first use and kept with it. Collective. */
+/* Gets the engine of this grid for a stiffness, created at first use and composed with it. Collective. */
 PetscErrorCode SlipToeplitzOfGrid(Mat K, const SlipGrid *grid, SlipToeplitz *plane)
 {
   PetscFunctionBegin;
@@ -282,7 +283,7 @@ PetscErrorCode SlipToeplitzOfGrid(Mat K, const SlipGrid *grid, SlipToeplitz *pla
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* That of the grid of K: NULL when K is not on a uniform grid. Collective. */
+/* Gets the engine of the grid of K; NULL if K is not on a uniform grid. Collective. */
 PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane)
 {
   const SlipGrid *grid;
@@ -294,14 +295,13 @@ PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the unscaled kernel [Pa/m]. */
+/* Returns the symbol of the unscaled kernel [Pa/m]. */
 const SlipToeplitzSymbol *SlipToeplitzStiffness(SlipToeplitz p)
 {
   return &p->stiffness;
 }
 
-/* In place on pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k); either may be NULL, for 0.
-   */
+/* Computes u(k) = T u(k) + A(k) u(-k) in place, where A(-k) is the conjugate of A(k); T or A may be NULL, for 0. */
 static void MultiplyPairs(PetscInt P, const PetscReal T[], const PetscReal A[], PetscReal u[])
 {
   for (PetscInt k = 0; k <= P / 2; k++) {
@@ -316,8 +316,8 @@ static void MultiplyPairs(PetscInt P, const PetscReal T[], const PetscReal A[], 
   }
 }
 
-/* depth_period times the product at local wavenumber k: f [nz] complex, in place. For those who need wavenumbers one
-   after the other: by FFTW, as lanes.c would leave all lanes but one idle. */
+/* Computes depth_period times the product at local wavenumber k: f [nz] complex, in place. It is for single wavenumbers
+   and uses FFTW, because lanes.c would use one lane only. */
 PetscErrorCode SlipToeplitzApplyWave(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt k, PetscReal f[])
 {
   const PetscInt nz = p->grid.nz, P = p->depth_period, last = s->product ? 1 : 0;
@@ -340,7 +340,7 @@ PetscErrorCode SlipToeplitzApplyWave(SlipToeplitz p, const SlipToeplitzSymbol *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a product: real transforms along strike and complex ones in depth, forth and back, and the symbols. */
+/* Logs the flops of a product: real transforms along strike and complex ones in depth, both ways, and the symbols. */
 static PetscErrorCode LogFlops(SlipToeplitz p, const SlipToeplitzSymbol *symbol)
 {
   const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
@@ -354,7 +354,7 @@ static PetscErrorCode LogFlops(SlipToeplitz p, const SlipToeplitzSymbol *symbol)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* This rank's rows of cells, to its wavenumbers in the pencil. Collective. */
+/* Transforms this rank's rows of cells to its wavenumbers in the pencil. Collective. */
 PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x)
 {
   const PetscReal *px;
@@ -371,7 +371,7 @@ PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* And back, times factor. Collective. */
+/* Transforms backward, times factor. Collective. */
 PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y)
 {
   PetscReal *py;
@@ -387,7 +387,7 @@ PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = scale * (operator of this symbol) x. Collective. */
+/* Computes y = scale * (operator of this symbol) x. Collective. */
 PetscErrorCode SlipToeplitzApply(SlipToeplitz p, PetscReal scale, const SlipToeplitzSymbol *symbol, Vec x, Vec y)
 {
   SlipTransposedFFT pencil = p->pencil;

@@ -1,20 +1,20 @@
-/* Operators of a uniform grid on the device, by the symbols of toeplitz.c and toeplitz_root.c: u and z u beside zeros,
-   transformed in both directions at once, times the symbols, and back. */
+/* Operators of a uniform grid on the device, by the symbols of toeplitz.c and toeplitz_root.c: u and z u are padded
+   with zeros, transformed in both directions at once, multiplied by the symbols, and transformed backward. */
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 
 struct _n_SlipToeplitzDevice {
   SlipDevice device;
-  SlipDeviceFFT fft[2]; /* of one field and of two, made when they are used first */
-  int nx, nz;           /* cells */
+  SlipDeviceFFT fft[2]; /* transforms of one field and of two, created at first use */
+  int nx, nz;           /* numbers of cells */
   int columns, height;  /* wavenumbers along strike, period in depth */
-  int fields;           /* that pad has room for */
+  int fields;           /* fields for which pad has room */
   SlipDeviceMemory pad, z;
 
-  /* of an endless plane, SlipToeplitzDeviceApplyInverse(); NULL until asked for */
+  /* data of an endless plane, SlipToeplitzDeviceApplyInverse(); NULL before first use */
   SlipDeviceFFT whole;
-  int length, first, image; /* half its period in depth, where the fault begins in it, are fields even? */
+  int length, first, image; /* half its period in depth, the fault's first place in it, whether fields are even */
   PetscReal largest;
   SlipDeviceMemory plane, values; /* values [length + 1][columns] */
 };
@@ -34,7 +34,7 @@ static PetscErrorCode Destroy(SlipToeplitzDevice *device)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At first use, of a plane that is on one process */
+/* Gets the data on the device, which it creates at first use, for a plane on one process. */
 static PetscErrorCode Get(SlipToeplitz plane, SlipToeplitzDevice *device)
 {
   SlipToeplitzDevice d;
@@ -59,13 +59,13 @@ static PetscErrorCode Get(SlipToeplitz plane, SlipToeplitzDevice *device)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers of a part of a symbol, real or complex */
+/* Returns how many numbers a part of a symbol has, real or complex. */
 static size_t SizeOf(SlipToeplitzDevice d, PetscInt part)
 {
   return (size_t)(part ? 2 : 1) * ((size_t)d->height / 2 + 1) * (size_t)d->columns;
 }
 
-/* [height / 2 + 1][columns] of a part of a symbol that is on the processor */
+/* Sends a part of a symbol, [height / 2 + 1][columns], to the device. */
 static PetscErrorCode PutSymbol(SlipToeplitzDevice d, SlipToeplitz plane, PetscInt part, SlipToeplitzSymbol *symbol)
 {
   const size_t each = part ? 2 : 1, rows = (size_t)d->height / 2 + 1, size = SizeOf(d, part);
@@ -92,8 +92,8 @@ static PetscErrorCode PutSymbols(SlipToeplitzDevice d, SlipToeplitz plane, SlipT
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What products with the stiffness take [bytes], beside what VkFFT asks for by itself where a transform does not fit
-   into fast memory, which is as much as the fields */
+/* Returns the memory of products with the stiffness [bytes]. If a transform does not fit into fast memory, VkFFT needs
+   further memory, as much as the fields. */
 PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz)
 {
   const PetscReal columns = (PetscReal)(SlipGoodLength(2 * nx - 1) / 2 + 1),
@@ -102,7 +102,7 @@ PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz)
   return (PetscReal)sizeof(PetscReal) * columns * height * (2 * 4 + (PetscReal)5 / 2);
 }
 
-/* Before the first product */
+/* Sends a symbol to the device before the first product. */
 PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *symbol)
 {
   SlipToeplitzDevice d;
@@ -113,7 +113,7 @@ PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *sym
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the device compute in the processor's memory, by whose own transforms products then are? */
+/* Returns whether the device computes in the processor's memory; the processor's own transforms then make products. */
 static PetscBool Shares(void)
 {
   SlipDevice device = NULL;
@@ -122,7 +122,7 @@ static PetscBool Shares(void)
   return SlipDeviceShares(device);
 }
 
-/* y = scale * (operator of this symbol) x, both on the device */
+/* Computes y = scale * (operator of this symbol) x, both on the device. */
 PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol, Vec x, Vec y)
 {
   SlipToeplitzDevice d;
@@ -179,7 +179,7 @@ PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, Slip
 
 /* ---- sums of symbols ---- */
 
-/* to = identity + a x + b y of n numbers; y may be NULL */
+/* Computes to = identity + a x + b y for n numbers; y may be NULL. */
 static PetscErrorCode Sum(SlipToeplitzDevice d, size_t n, PetscReal identity, PetscReal a, SlipDeviceMemory x,
                           PetscReal b, SlipDeviceMemory y, SlipDeviceMemory to)
 {
@@ -231,8 +231,8 @@ PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity,
 
 /* ---- functions of the symbol of an endless plane ---- */
 
-/* The symbol, whose wavenumbers along strike stand side by side there, and room for transforms over all of the plane:
-   twice its length in depth, as fields that are even about the surface are transformed with their image */
+/* Sends the symbol, with wavenumbers along strike side by side, and allocates transforms over the whole plane: they
+   have twice its length in depth, because fields that are even about the surface are transformed with their image. */
 static PetscErrorCode GetPlane(SlipToeplitzDevice d, SlipToeplitz plane)
 {
   const PetscReal *symbol;
@@ -260,7 +260,7 @@ static PetscErrorCode GetPlane(SlipToeplitzDevice d, SlipToeplitz plane)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = the part on the fault of 1 / f of the plane's operator, SlipToeplitzApplyWaves() */
+/* Computes y = the part on the fault of 1 / f of the plane's operator, as SlipToeplitzApplyWaves() does. */
 PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
                                               const PetscReal values[], Vec x, Vec y)
 {

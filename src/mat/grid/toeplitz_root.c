@@ -1,22 +1,22 @@
 /*
-  Functions of a uniform grid's stiffness by transforms, approximately: the fault's cells as a part of an endless plane.
+  Approximate functions of a uniform grid's stiffness by transforms: the fault's cells are a part of an endless plane.
 
-  Without a free surface K is a part of the operator of the plane on which every cell acts alike, diagonal in a Fourier
-  transform over the plane: its symbol S is the transform of the full space's kernel. A free surface acts in the main
-  like the fault's mirror image (exactly so for antiplane strain), that is like the plane's operator on fields that are
-  even about the surface. So the part of f(S) on the fault, and on its image, approximates f(K),
+  Without a free surface K is a part of the operator of an endless plane of equal cells, which is diagonal in a Fourier
+  transform over the plane: its symbol S is the transform of the full space's kernel. A free surface acts mainly like
+  the fault's mirror image (exactly so for antiplane strain), that is like the plane's operator on fields that are even
+  about the surface. Therefore the part of f(S) on the fault, and on its image, approximates f(K),
 
      f(K)_ij  ~  k(x - x', z - z') + k(x - x', z + z'),   k the transform of f(S),
 
-  and is positive definite when f is positive. The square root is off by 3 % in norm where the fault touches the
-  surface, along the fault's edges (measured), and the part of B(theta) that it gets wrong is at most 2 % of B.
+  and is positive definite if f is positive. The square root has an error of 3 % in norm along the fault's edges where
+  the fault touches the surface (measured), and the resulting error of B(theta) is at most 2 % of B.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipwork.h>
 
-/* Cells between the fault and its image, as a share of its depth, beyond which the image is left out. */
+/* Gap between the fault and its image, over the fault's extent in depth, above which the image is left out */
 #define SLIP_IMAGE_GAP 0.5
 
 static PetscErrorCode ChooseImage(SlipToeplitz p)
@@ -41,10 +41,11 @@ static PetscErrorCode CosinePlan(PetscInt length, PetscReal line[], fftw_plan *p
 }
 
 /*
-  One plan for every wavenumber: complex exponentials over the period, twice the length, or cosines for fields that are
-  even about the surface. FFTW's cosine transforms take four times as long as the complex transform of the same length
-  that gives them (J. Makhoul, A fast cosine transform in one and two dimensions, IEEE Trans. ASSP 28, 27-34, 1980):
-  with v the even cells of the line followed by its odd ones in reverse, V its transform and w = exp(-i pi / 2 n),
+  Makes one plan for all wavenumbers: complex exponentials over the period, twice the length, or cosines for fields that
+  are even about the surface. FFTW's cosine transforms take four times as long as a complex transform of the same
+  length, from which they follow (J. Makhoul, A fast cosine transform in one and two dimensions, IEEE Trans. ASSP 28,
+  27-34, 1980): if v is the even cells of the line followed by its odd ones in reverse, V its transform and w = exp(-i
+  pi / 2 n),
 
      X(k) = w^k V(k) + w^-k V(n - k),   V(k) = w^-k (X(k) - i X(n - k)) / 2.
 */
@@ -70,7 +71,7 @@ static PetscErrorCode PlanWaves(SlipToeplitz p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S of this rank's wavenumbers along strike. Truncation of the kernel may leave values below zero. Collective. */
+/* Computes S of this rank's wavenumbers along strike. Truncation of the kernel may make values negative. Collective. */
 static PetscErrorCode FormWaves(SlipToeplitz p)
 {
   const SlipGrid *g = &p->grid;
@@ -115,7 +116,7 @@ static PetscErrorCode RootDestroy(SlipToeplitz p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S [Pa/m], unscaled: *count values at each of this rank's nk wavenumbers along strike. Collective. */
+/* Gets S [Pa/m], unscaled: *count values at each of this rank's nk wavenumbers along strike. Collective. */
 PetscErrorCode SlipToeplitzGetWaves(SlipToeplitz p, PetscInt *nk, PetscInt *count, const PetscReal **symbol)
 {
   PetscFunctionBegin;
@@ -131,7 +132,7 @@ PetscErrorCode SlipToeplitzGetWaves(SlipToeplitz p, PetscInt *nk, PetscInt *coun
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Diagonal of the root at every depth: the mean over all wavenumbers along strike of kernel[local nk][2 nz - 1][2]. */
+/* Computes the root's diagonal at every depth, the mean over all wavenumbers of kernel[local nk][2 nz - 1][2]. */
 static PetscErrorCode RootDiagonal(SlipToeplitz p, const PetscReal kernel[])
 {
   const PetscInt nz = p->grid.nz, first = p->pencil->layout.column_start;
@@ -148,7 +149,7 @@ static PetscErrorCode RootDiagonal(SlipToeplitz p, const PetscReal kernel[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Kernels of the square root per wavenumber along strike, [local nk][2 nz - 1][2]: of z - z' and of z + z'. */
+/* Computes the square root's kernels per wavenumber along strike, [local nk][2 nz - 1][2]: of z - z', of z + z'. */
 static PetscErrorCode RootKernels(SlipToeplitz p, PetscReal kernel[])
 {
   const PetscInt nz = p->grid.nz, depths = p->length + 1;
@@ -173,7 +174,7 @@ static PetscErrorCode RootKernels(SlipToeplitz p, PetscReal kernel[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The approximate square root of the unscaled kernel, and its diagonal at every depth [(Pa/m)^(1/2)]. Collective. */
+/* Gets the unscaled kernel's approximate square root, and its diagonal at all depths [(Pa/m)^(1/2)]. Collective. */
 PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz p, const SlipToeplitzSymbol **root, const PetscReal **diagonal)
 {
   const PetscReal *symbol;
@@ -194,7 +195,7 @@ PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz p, const SlipToeplitzSymbol **ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* d = factor times the diagonal of the root, which is the same along strike; with the distribution of the matrix. */
+/* Sets d = factor times the diagonal of the root, which is constant along strike; d has the matrix' distribution. */
 PetscErrorCode SlipToeplitzGetRootDiagonal(SlipToeplitz p, PetscReal factor, Vec d)
 {
   const SlipToeplitzSymbol *root;
@@ -211,7 +212,7 @@ PetscErrorCode SlipToeplitzGetRootDiagonal(SlipToeplitz p, PetscReal factor, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sum = identity I + stiffness K + root K^(1/2) of the unscaled kernel; its memory is kept. Collective. */
+/* Computes sum = identity I + stiffness K + root K^(1/2) of the unscaled kernel, in reused memory. Collective. */
 PetscErrorCode SlipToeplitzCombine(SlipToeplitz p, PetscReal identity, PetscReal stiffness, PetscReal root,
                                    SlipToeplitzSymbol *sum)
 {
@@ -229,8 +230,8 @@ PetscErrorCode SlipToeplitzCombine(SlipToeplitz p, PetscReal identity, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where in the line the cell of depth i is. Among cosines half of the gap lies before the fault (of an odd gap one
-   cell less), and even cells stand before odd ones in reverse. */
+/* Returns the place in the line of the cell at depth i. With cosines half of the gap is before the fault (one cell less
+   for an odd gap), and even cells come before odd ones in reverse. */
 static PetscInt PlaceOf(SlipToeplitz p, PetscInt i)
 {
   const PetscInt j = i + p->gap / 2;
@@ -239,7 +240,7 @@ static PetscInt PlaceOf(SlipToeplitz p, PetscInt i)
   return j % 2 ? p->length - 1 - j / 2 : j / 2;
 }
 
-/* line = field [nz] complex, padded. */
+/* Copies the field [nz] complex to the padded line. */
 static void LoadWave(SlipToeplitz p, const PetscReal field[])
 {
   PetscReal *line = p->line;
@@ -263,7 +264,7 @@ static void StoreWave(SlipToeplitz p, PetscReal field[])
   }
 }
 
-/* Multiplies cosines X(k) by f(k) where V has them: with a and b half the sum and difference of f(k) and f(n - k),
+/* Multiplies cosines X(k) by f(k) in terms of V: where a and b are half the sum and difference of f(k) and f(n - k),
    V(k) = a V(k) + b w^-2k V(n - k) and V(n - k) = a V(n - k) + b w^2k V(k). */
 static void MultiplyCosines(PetscInt n, const PetscReal f[], const PetscReal turn[], PetscReal V[])
 {
@@ -283,7 +284,7 @@ static void MultiplyCosines(PetscInt n, const PetscReal f[], const PetscReal tur
   }
 }
 
-/* Transform of line times f [length + 1]. */
+/* Multiplies the transform of the line by f [length + 1]. */
 static void MultiplyWave(SlipToeplitz p, const PetscReal f[])
 {
   const PetscInt n = p->length;
@@ -298,8 +299,8 @@ static void MultiplyWave(SlipToeplitz p, const PetscReal f[])
   }
 }
 
-/* y = part of the plane's operator with the symbol f, [local nk][count] as SlipToeplitzGetWaves() gives S. Collective.
-   */
+/* Computes y = part of the plane's operator with the symbol f, [local nk][count] as S of SlipToeplitzGetWaves().
+   Collective. */
 PetscErrorCode SlipToeplitzApplyWaves(SlipToeplitz p, const PetscReal f[], Vec x, Vec y)
 {
   PetscFunctionBegin;

@@ -1,10 +1,10 @@
 /*
-  Transforms along strike of a grid whose rows of cells are spread over the ranks, and the transpose that gives each
-  rank some wavenumbers at all depths. Results do not depend on the number of ranks.
+  Transforms along strike of a grid whose rows of cells are distributed over the ranks, and the transpose after which
+  each rank has some wavenumbers at all depths. Results do not depend on the number of ranks.
 
   Two rows are transformed at once, as real and imaginary part of one complex row, and as many pairs as there are lanes
-  (lanes.c). They are transposed while they are in cache, straight to where this rank's wavenumbers lie or into the
-  message for another rank, whose MPI type puts it in place there.
+  (lanes.c). They are transposed while they are in the cache, directly to the place of this rank's wavenumbers or into
+  the message for another rank, where an MPI type puts them in place.
 */
 #include <slipmat.h>
 #include <fftw3-mpi.h>
@@ -12,35 +12,35 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
-/* Rows transformed before they are transposed */
+/* Rows that are transformed before they are transposed */
 #define PENCIL_ROWS (2 * SLIP_LANES)
 
 struct _n_SlipTransposedFFTPlans {
   SlipLanesFFT fft;       /* of period / 2 */
   PetscReal *half[2];     /* [period / 2] numbers: even and odd wavenumbers of the pairs of rows */
   PetscReal *rest;        /* [PENCIL_ROWS][nx], the last rows, and zeros */
-  PetscInt *columns;      /* [size + 1], where the wavenumbers of each rank start */
+  PetscInt *columns;      /* [size + 1], starts of each rank's wavenumbers */
   PetscReal *pieces;      /* messages of this rank's rows, [wavenumbers of the other rank][local nz] complex each */
-  MPI_Comm comm;          /* PETSc's own of the ranks, */
-  PetscMPIInt size, rank; /* their number and this one, */
-  PetscMPIInt tag, n;     /* and its messages each way, one for every other rank */
+  MPI_Comm comm;          /* PETSc's own communicator of the ranks */
+  PetscMPIInt size, rank; /* number of ranks, and this one */
+  PetscMPIInt tag, n;     /* tag and number of messages each way, one for every other rank */
   MPI_Request *there;     /* persistent, forward: n receives into by_wave, then n sends of pieces */
   MPI_Request *back;      /* n receives into pieces, then n sends from by_wave */
 };
 
-/* How FFTW spreads a table of tuples of reals, [rows][columns], and its transpose. */
+/* Returns FFTW's distribution of a table of tuples of reals, [rows][columns], and of its transpose. */
 SlipLayout SlipLayoutOf(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple)
 {
   const ptrdiff_t n[2] = {rows, columns};
   ptrdiff_t r, r0, c, c0, size;
 
-  fftw_mpi_init(); /* may be called again and again */
+  fftw_mpi_init(); /* may be called repeatedly */
   size = fftw_mpi_local_size_many_transposed(2, n, tuple, FFTW_MPI_DEFAULT_BLOCK, FFTW_MPI_DEFAULT_BLOCK, comm, &r, &r0,
                                              &c, &c0);
   return (SlipLayout){(PetscInt)r, (PetscInt)r0, (PetscInt)c, (PetscInt)c0, (size_t)size};
 }
 
-/* Aligned, zero, free with fftw_free(). */
+/* Allocates aligned zeros, which fftw_free() frees. */
 PetscErrorCode SlipAllocate(size_t count, PetscReal **a)
 {
   PetscFunctionBegin;
@@ -50,7 +50,7 @@ PetscErrorCode SlipAllocate(size_t count, PetscReal **a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Out of place, once; a [rows][columns][tuple] to b [columns][rows][tuple]. Collective. */
+/* Transposes once, out of place: a [rows][columns][tuple] to b [columns][rows][tuple]. Collective. */
 PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt tuple, PetscReal a[],
                              PetscReal b[])
 {
@@ -64,7 +64,7 @@ PetscErrorCode SlipTranspose(MPI_Comm comm, PetscInt rows, PetscInt columns, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* starts [size + 1] of what is spread over the ranks in their order, count here. Collective. */
+/* Computes starts [size + 1] of a distribution over the ranks in their order, with count items here. Collective. */
 static PetscErrorCode StartsOf(MPI_Comm comm, PetscMPIInt size, PetscInt count, PetscInt starts[])
 {
   PetscFunctionBegin;
@@ -74,7 +74,7 @@ static PetscErrorCode StartsOf(MPI_Comm comm, PetscMPIInt size, PetscInt count, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Persistent messages with every other rank. Those of its rows of by_wave are strided: the type says how. */
+/* Creates persistent messages with every other rank. Rows of by_wave are strided, which an MPI type describes. */
 static PetscErrorCode PlanMessages(SlipTransposedFFT p)
 {
   struct _n_SlipTransposedFFTPlans *s = p->plans;
@@ -109,7 +109,7 @@ static PetscErrorCode PlanMessages(SlipTransposedFFT p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For fields [nz][nx] and transforms of length period. Collective. */
+/* Creates transforms of length period for fields [nz][nx]. Collective. */
 PetscErrorCode SlipTransposedFFTCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, PetscInt period,
                                        SlipTransposedFFT *pencil)
 {
@@ -168,7 +168,7 @@ PetscErrorCode SlipTransposedFFTDestroy(SlipTransposedFFT *pencil)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where rows from row on of the wavenumbers of rank d are, and how far apart wavenumbers lie, in reals. */
+/* Returns the place of rows from `row` on of rank d's wavenumbers, and the distance between wavenumbers in reals. */
 static PetscReal *RowsOf(SlipTransposedFFT p, PetscMPIInt d, PetscInt row, PetscInt *apart)
 {
   const struct _n_SlipTransposedFFTPlans *s = p->plans;
@@ -179,7 +179,7 @@ static PetscReal *RowsOf(SlipTransposedFFT p, PetscMPIInt d, PetscInt row, Petsc
   return s->pieces + 2 * ((size_t)p->layout.rows * before + row);
 }
 
-/* This rank's rows x to its wavenumbers, by_wave. Collective. */
+/* Transforms this rank's rows x to its wavenumbers, by_wave. Collective. */
 PetscErrorCode SlipTransposedFFTForward(SlipTransposedFFT p, const PetscReal x[])
 {
   struct _n_SlipTransposedFFTPlans *s = p->plans;
@@ -212,7 +212,7 @@ PetscErrorCode SlipTransposedFFTForward(SlipTransposedFFT p, const PetscReal x[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* And back, times factor / period. Collective. */
+/* Transforms backward, times factor / period. Collective. */
 PetscErrorCode SlipTransposedFFTBackward(SlipTransposedFFT p, PetscReal factor, PetscReal y[])
 {
   struct _n_SlipTransposedFFTPlans *s = p->plans;

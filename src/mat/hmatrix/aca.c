@@ -1,13 +1,12 @@
 /*
-  Low-rank approximation of a block of which only rows and columns are known: adaptive cross approximation with partial
+  Low-rank approximation of a block from some of its rows and columns: adaptive cross approximation with partial
   pivoting (Bebendorf 2000, Numer. Math. 86), then truncation by the singular values of U V' (QR of both factors).
 
-  The pivoting can stop early where a block has parts that decouple, so that its end is confirmed in rows that were not
-  used yet: where their residual is not small it goes on with the worst of them.
+  The pivoting can end too early where a block has parts that decouple. The end is therefore confirmed in unused rows:
+  if their residual is not small, pivoting continues with the worst of them.
 
-  Entries may come in tuples, as those of vectors do: a row then costs as much as all rows of its tuple, and a column
-  likewise. All rows of a tuple become pivots, and the columns of one that is known are taken unless others are much
-  larger.
+  Entries may form tuples, as those of vectors do: a row then costs as much as all rows of its tuple, and so does a
+  column. All rows of a tuple become pivots, and columns of a computed tuple are used unless others are much larger.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
@@ -16,24 +15,24 @@
 #include <slipstep/private/slipmathmatrix.h>
 
 #define CROSS_CHECKS 4     /* rows in which the end is confirmed */
-#define CROSS_SEARCH 0.3   /* shares of the tolerance: where the search ends, */
-#define CROSS_TRUNCATE 0.5 /* what is truncated, */
-#define CROSS_ROUND 0.2    /* and what is rounded to single precision */
-#define CROSS_KNOWN 0.5    /* of the largest entry's magnitude is enough for a pivot whose column is known */
+#define CROSS_SEARCH 0.3   /* share of the tolerance at which the search ends */
+#define CROSS_TRUNCATE 0.5 /* share of the tolerance for truncation */
+#define CROSS_ROUND 0.2    /* share of the tolerance for rounding to single precision */
+#define CROSS_KNOWN 0.5    /* size over the largest entry's that suffices for a pivot in a computed column */
 
 typedef struct {
   SlipEntriesFn entries;
   void *ctx;
   PetscInt m, n, rank, capacity;
-  PetscInt tuple[2];   /* rows and columns whose entries come together */
-  PetscInt at[2];      /* the tuples of rows and of columns that are known; -1: none */
-  PetscReal *known[2]; /* entries of those, [n][tuple[0]] and [tuple[1]][m] */
+  PetscInt tuple[2];   /* numbers of rows and of columns in a tuple */
+  PetscInt at[2];      /* tuples of rows and of columns whose entries are stored; -1: none */
+  PetscReal *known[2]; /* entries of these, [n][tuple[0]] and [tuple[1]][m] */
   PetscReal *U, *V;    /* [m * capacity], [n * capacity] */
   PetscBool *used;     /* [m] rows that were pivots */
-  PetscReal norm2;     /* of U V' in the Frobenius norm, squared */
+  PetscReal norm2;     /* square of the Frobenius norm of U V' */
 } Cross;
 
-/* The residual's row i into v [n]; its largest entry in magnitude is at *j, or one nearly as large in a known
+/* Computes the residual's row i in v [n]. *j is its largest entry in magnitude, or one nearly as large in a stored
    column. */
 static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
 {
@@ -102,7 +101,7 @@ static PetscErrorCode Grow(Cross *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the cross through row i, whose residual is in V's next column, and column j; *size: the norm of what it adds. */
+/* Adds the cross through row i, whose residual is in V's next column, and column j; *size is the norm of the cross. */
 static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
 {
   PetscReal *u = c->U + (size_t)c->rank * c->m, *v = c->V + (size_t)c->rank * c->n;
@@ -121,7 +120,7 @@ static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
   *size = PetscSqrtReal(u2 * v2);
 }
 
-/* Next row: the largest entry of the newest column among those not used; -1 when all are. */
+/* Returns the next row: that of the newest column's largest entry among unused rows; -1 if all are used. */
 static PetscInt NextRow(const Cross *c)
 {
   const PetscReal *u = c->U + (size_t)(c->rank - 1) * c->m;
@@ -132,7 +131,7 @@ static PetscInt NextRow(const Cross *c)
   return best;
 }
 
-/* The worst of some rows not used yet, -1 when their residual, scaled up to the block, is within the tolerance. */
+/* Returns the worst of some unused rows; -1 if their residual, scaled to the whole block, is within the tolerance. */
 static PetscInt WorstRow(Cross *c, PetscReal tolerance, PetscReal v[])
 {
   const PetscInt stride = PetscMax(1, c->m / CROSS_CHECKS), rows = c->tuple[0];
@@ -186,7 +185,7 @@ static PetscErrorCode Run(Cross *c, PetscReal tolerance, PetscInt max, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A [m * k] := Q of its QR factorisation, R [k * k] := its triangle; k <= m. */
+/* Replaces A [m * k] by Q of its QR factorisation, and sets R [k * k] to its triangle; k <= m. */
 static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], PetscReal R[])
 {
   PetscBLASInt bm, bk, lwork, info;
@@ -207,8 +206,8 @@ static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Terms that do not bear rounding to single precision, of the singular values s [r]. With factors that are orthonormal,
-   one of them times s, each factor's rounding changes the block by at most half an epsilon of the root of the sum of
+/* Returns the number of terms, with the singular values s [r], that need double precision. With orthonormal factors,
+   one of them times s, rounding of each factor changes the block by at most half an epsilon of the root of the sum of
    the terms' s^2. */
 static PetscInt Head(PetscReal tolerance, PetscReal total, PetscInt r, const PetscReal s[])
 {
@@ -222,7 +221,7 @@ static PetscInt Head(PetscReal tolerance, PetscReal total, PetscInt r, const Pet
   return r;
 }
 
-/* U V' := the truncation whose error is at most tolerance times its norm, in place. */
+/* Truncates U V' in place with an error of at most tolerance times its norm. */
 static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscInt *head,
                                  PetscReal U[], PetscReal V[])
 {

@@ -1,19 +1,19 @@
 /*
-  Blocks of a hierarchical matrix as products read them. Products are bound by memory, so that the bytes of a block
-  count: what rounding to single precision changes by less than the tolerance is kept in it, and all arithmetic is in
-  double precision (Amestoy et al. 2022, IMA J. Numer. Anal. 43; Kriemann 2023, arXiv 2308.10960). The matrix differs by
-  no more than its tolerance allows, but is as linear and as symmetric as before, which Krylov methods need.
+  Blocks of a hierarchical matrix in the order in which products read them. Memory limits the speed of products, so that
+  the bytes of a block matter: numbers are in single precision where rounding changes the matrix by less than the
+  tolerance, and all arithmetic is in double precision (Amestoy et al. 2022, IMA J. Numer. Anal. 43; Kriemann 2023,
+  arXiv 2308.10960). Rounding leaves the matrix linear and symmetric, as Krylov methods need.
 
   A block is a sum of terms u v' and of the rest. The first terms are in double precision. The rest is terms in single
   precision, or a full matrix in single or, without terms, in double precision.
 
-  BLAS has no products of one precision with another, and reads a block twice that stands for its transpose as well.
+  BLAS has no products of mixed precision, and would read a block twice if it also represents its transpose.
 */
 #include <petscmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
 
-/* Columns begin at multiples of so many rows, with zeros below the last row. */
+/* Columns begin at multiples of so many rows, with zeros after the last row. */
 #define PAD SLIP_HBLOCK_PAD
 
 static inline __attribute__((always_inline)) PetscInt Padded(PetscInt m)
@@ -21,8 +21,8 @@ static inline __attribute__((always_inline)) PetscInt Padded(PetscInt m)
   return (m + PAD - 1) / PAD * PAD;
 }
 
-/* Four numbers, wherever they lie, and four of single precision: converted one by one by name, as the compiler cuts a
-   conversion of vectors in two before it knows the processor, which takes 1.7 times as long (measured). */
+/* Four numbers at any address, in double or in single precision. Each is converted by itself, because the compiler
+   splits a conversion of vectors before it knows the processor, which takes 1.7 times as long (measured). */
 typedef PetscReal Four __attribute__((vector_size(4 * sizeof(PetscReal)), aligned(sizeof(PetscReal)), may_alias));
 #define FOUR(p) (*(Four *)(p))
 #define FOUR_SINGLE(p)                                                                                                 \
@@ -38,8 +38,8 @@ static inline __attribute__((always_inline)) PetscReal Sum(Four a)
 
 #define ROW(offset) (single ? FOUR_SINGLE(s + i + (offset)) : FOUR(a + i + (offset)))
 
-/* Products() with four columns of A from number at on. Of fewer columns the last one is read again and counts as 0, as
-   long as they are several: one at a time waits for its sums. */
+/* Products() with four columns of A from number `at` on. With two or three columns the last one is read again and
+   counts as 0, because single columns would wait for their sums. */
 static inline __attribute__((always_inline)) void ApplyFour(PetscBool single, PetscBool sums, PetscBool dots,
                                                             PetscInt columns, PetscInt m, const void *A, size_t at,
                                                             const PetscReal t[], PetscReal y[], const PetscReal x[],
@@ -90,8 +90,8 @@ static inline __attribute__((always_inline)) void ApplyOne(PetscBool single, Pet
   if (dots) z[0] = Sum(p);
 }
 
-/* With sums y += A t, and with dots z := A' x, which has room for n + ROOM numbers; A [m * n] is column-major, m
-   a multiple of PAD, and read once. */
+/* Computes y += A t if sums is set, and z := A' x, which has room for n + ROOM numbers, if dots is set; A [m * n] is
+   column-major, m is a multiple of PAD, and A is read once. */
 #define ROOM 2
 static inline __attribute__((always_inline)) void Products(PetscBool single, PetscBool sums, PetscBool dots, PetscInt m,
                                                            PetscInt n, const void *A, const PetscReal t[],
@@ -107,7 +107,7 @@ static inline __attribute__((always_inline)) void Products(PetscBool single, Pet
     ApplyOne(single, sums, dots, m, A, (size_t)j * m, sums ? t + j : NULL, y, x, dots ? z + j : NULL);
 }
 
-/* Terms u v' in one precision; t [2 (n + ROOM)] */
+/* Applies terms u v' in one precision; t [2 (n + ROOM)] is work. */
 static inline __attribute__((always_inline)) void ApplyTerms(PetscBool single, PetscInt terms, const SlipHBlock *k,
                                                              const void *U, const void *V, PetscBool both,
                                                              const PetscReal x[], PetscReal y[], PetscReal t[])
@@ -123,7 +123,7 @@ static inline __attribute__((always_inline)) void ApplyTerms(PetscBool single, P
   Products(single, PETSC_TRUE, PETSC_FALSE, m, terms, U, t, y + k->row, NULL, NULL);
 }
 
-/* The rest, in one precision; t [n + ROOM] */
+/* Applies the rest in one precision; t [n + ROOM] is work. */
 static inline __attribute__((always_inline)) void ApplyFull(PetscBool single, const SlipHBlock *k, const void *A,
                                                             PetscBool both, const PetscReal x[], PetscReal y[],
                                                             PetscReal t[])
@@ -139,10 +139,10 @@ static inline __attribute__((always_inline)) void ApplyFull(PetscBool single, co
 }
 
 /*
-  SlipHBlocksApply - y += (each block and, off the diagonal and unless whole, its transpose) x
+  SlipHBlocksApply - computes y += (each block and, off the diagonal and unless whole, its transpose) x
 
-  x and y are in the order of the blocks' rows and columns, with SLIP_HBLOCK_PAD numbers behind the last one, zeros in
-  x; t has room for SlipHBlockWork() of each block
+  x and y are in the order of the blocks' rows and columns, with SLIP_HBLOCK_PAD numbers after the last one, zeros in x;
+  t has room for SlipHBlockWork() of each block
 */
 SLIP_VECTOR void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], PetscBool whole, const PetscReal x[],
                                   PetscReal y[], PetscReal t[])
@@ -164,13 +164,13 @@ SLIP_VECTOR void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], Pe
   }
 }
 
-/* Numbers that products with a block need to keep */
+/* Returns how many numbers products with a block need as work. */
 PetscInt SlipHBlockWork(const SlipHBlock *k)
 {
   return PetscMax(2 * (PetscMax(k->rank, k->head) + ROOM), k->rank < 0 ? k->n + ROOM : 0);
 }
 
-/* How many multiplications and additions a product with a block takes, unless with its transpose as well */
+/* Returns how many multiplications and additions a product with a block takes, without its transpose. */
 PetscLogDouble SlipHBlockFlops(const SlipHBlock *k)
 {
   const PetscLogDouble m = (PetscLogDouble)k->m, n = (PetscLogDouble)k->n;
@@ -178,7 +178,7 @@ PetscLogDouble SlipHBlockFlops(const SlipHBlock *k)
   return 2 * (k->rank < 0 ? m * n + k->head * (m + n) : k->rank * (m + n));
 }
 
-/* Numbers in double and in single precision */
+/* Counts the numbers in double and in single precision. */
 static void Count(const SlipHBlock *k, size_t count[2])
 {
   const size_t m = (size_t)Padded(k->m), n = (size_t)Padded(k->n);
@@ -197,7 +197,7 @@ PetscReal SlipHBlockBytes(const SlipHBlock *k)
   return (PetscReal)(sizeof(PetscReal) * count[0] + sizeof(float) * count[1]);
 }
 
-/* A [m * n] to where columns are padded, in one precision or the other; *at goes on behind it. */
+/* Copies A [m * n] to padded columns in one precision or the other, and moves *at behind them. */
 static void Put(PetscBool single, PetscInt m, PetscInt n, const PetscReal A[], void **at)
 {
   const size_t padded = (size_t)Padded(m), all = padded * (size_t)n;
@@ -217,10 +217,10 @@ static void Put(PetscBool single, PetscInt m, PetscInt n, const PetscReal A[], v
 }
 
 /*
-  SlipHBlockStore - a block's numbers into memory of its own, data (PetscFree())
+  SlipHBlockStore - stores a block's numbers in its own memory, data (PetscFree())
 
-  k has its place, its size and its kind; U [m * rank] and V [n * rank] are its terms, or the head terms of a full one,
-  whose rest is A [m * n]
+  k has the block's place, size and kind; U [m * rank] and V [n * rank] are its terms, or the head terms of a full
+  block, whose rest is A [m * n]
 */
 PetscErrorCode SlipHBlockStore(SlipHBlock *k, const PetscReal U[], const PetscReal V[], const PetscReal A[])
 {

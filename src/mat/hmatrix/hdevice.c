@@ -1,13 +1,13 @@
 /*
-  Products with a hierarchical matrix on a device. Its numbers are there as hblocks.c stores them, in at most four
-  arrays, as devices have a largest one. A panel is the factor of a low-rank block, or a full block:
+  Products with a hierarchical matrix on a device. Its numbers are stored there as in hblocks.c, in at most four arrays,
+  because devices limit the size of an array. A panel is the factor of a low-rank block, or a full block:
 
-     t = P' x of all panels whose columns are asked for, V of u v' and, where a block stands for its transpose as well,
-         U and full blocks: a group of work items each, and of tall ones several, whose sums are added;
-     y = the sum of P t by rows: those of a leaf of the cluster tree have a list of all panels that hold them, so that
-         each row is summed up in the same order every time.
+     t = P' x of all panels whose columns are needed, V of u v' and, where a block also represents its transpose, U and
+         full blocks: a group of work items for each, and several for tall ones, whose sums are added;
+     y = the sum of P t by rows: the rows of a leaf of the cluster tree have a list of all panels that contain them, so
+         that each row is always summed in the same order.
 
-  A block that stands for its transpose is read twice and stored once.
+  A block that represents its transpose is read twice and stored once.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -16,7 +16,7 @@
 
 enum { PARTS = 4, TALL = 512 /* rows of a panel for a group */, STAGED = 1 << 22 /* numbers sent at once */ };
 
-/* What kernels/hmat.cl reads */
+/* The structs that kernels/hmat.cl reads */
 typedef struct {
   int64_t at;
   int kind, stride, rows, columns, x, t;
@@ -32,12 +32,12 @@ typedef struct {
   int to, from, parts, apart;
 } Fold;
 
-/* Made on the processor, and sent */
+/* The lists of a product, which the processor makes and sends to the device */
 typedef struct {
   const SlipHShape *h;
-  PetscBool count;               /* only */
+  PetscBool count;               /* count only */
   PetscInt nleaf, *leaf, *start; /* [N] the leaf of each cell; [nleaf + 1] its first cell */
-  PetscInt *items; /* [nleaf + 1] first item of each leaf, and where the next one goes while they are filled */
+  PetscInt *items; /* [nleaf + 1] first item of each leaf; while lists are filled, the place of the next item */
   PetscInt ndots, nfolds, nsums, nchunks, nv;
   Dots *dots;
   Fold *folds;
@@ -52,7 +52,7 @@ struct _n_SlipHDevice {
   SlipDeviceMemory part[PARTS], dots, folds, sums, chunks, v, from, to;
 };
 
-/* The same on the processor and on the device */
+/* Returns how many numbers a block has, on the processor as on the device. */
 static size_t NumbersOf(const SlipHBlock *k)
 {
   return (size_t)(SlipHBlockBytes(k) / (PetscReal)sizeof(PetscReal));
@@ -63,7 +63,7 @@ static PetscInt Padded(PetscInt m)
   return (m + SLIP_HBLOCK_PAD - 1) / SLIP_HBLOCK_PAD * SLIP_HBLOCK_PAD;
 }
 
-/* Where t = P' x goes; P has m rows, of x from number x on */
+/* Adds the product t = P' x, and returns the place of t; P has m rows, of x from number x on. */
 static PetscInt AddDots(Plan *p, int64_t at, int kind, PetscInt m, PetscInt columns, PetscInt x)
 {
   const PetscInt tiles = (m + TALL - 1) / TALL, t = p->nv, parts = tiles > 1 ? t + columns : t;
@@ -83,7 +83,7 @@ static PetscInt AddDots(Plan *p, int64_t at, int kind, PetscInt m, PetscInt colu
   return t;
 }
 
-/* y of m rows from row on, each of which is one of `rows` of a cell, gets P t */
+/* Adds the sum P t to m rows of y from `row` on, each of which is one of the `rows` of a cell. */
 static void AddSums(Plan *p, int64_t at, int kind, PetscInt m, PetscInt columns, PetscInt t, PetscInt row,
                     PetscInt rows)
 {
@@ -99,7 +99,7 @@ static void AddSums(Plan *p, int64_t at, int kind, PetscInt m, PetscInt columns,
   }
 }
 
-/* `terms` columns of U and V in one precision, one behind the other */
+/* Adds `terms` columns of U and V in one precision, one after the other. */
 static void AddTerms(Plan *p, const SlipHBlock *k, int64_t at, int kind, PetscInt terms, PetscBool both)
 {
   const int64_t v = at + (int64_t)terms * Padded(k->m);
@@ -126,7 +126,7 @@ static void AddBlock(Plan *p, const SlipHBlock *k, PetscInt part, size_t start)
   if (both) AddSums(p, 0, -1, k->n, 1, AddDots(p, rest, kind, k->m, k->n, k->row), k->column, p->h->columns);
 }
 
-/* All blocks, one behind the other, and on in the next array where one is full */
+/* Adds all blocks, one after the other, and continues in the next array when one is full. */
 static PetscErrorCode AddBlocks(Plan *p, size_t most)
 {
   PetscInt part = 0;
@@ -155,7 +155,7 @@ static int Shift(const SlipHShape *h)
   return h->rows > 1 ? 5 : 4; /* a leaf has 24 to 48 cells */
 }
 
-/* Rows of a leaf, as many at a time as a group takes */
+/* Divides the rows of each leaf into chunks of as many as a group takes. */
 static void AddChunks(Plan *p)
 {
   const PetscInt rows = p->h->rows, lanes = (PetscInt)1 << Shift(p->h);
@@ -189,7 +189,7 @@ static PetscErrorCode FindLeaves(Plan *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counted first, then filled */
+/* Creates the plan, which is first counted and then filled. */
 static PetscErrorCode PlanCreate(const SlipHShape *h, SlipDevice device, PetscBool fill, Plan *p)
 {
   const size_t most = SlipDeviceLargest(device) / sizeof(PetscReal);
@@ -211,7 +211,7 @@ static PetscErrorCode PlanCreate(const SlipHShape *h, SlipDevice device, PetscBo
   PetscCall(PetscMalloc4(p->ndots, &p->dots, p->nfolds, &p->folds, p->nsums, &p->sums, p->nchunks, &p->chunks));
   p->count = PETSC_FALSE;
   PetscCall(AddBlocks(p, most));
-  AddChunks(p); /* items of a leaf now end where those of the next one begin */
+  AddChunks(p); /* now the items of a leaf end where those of the next one begin */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,7 +223,7 @@ static PetscErrorCode PlanDestroy(Plan *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Beside the blocks, which are counted */
+/* Returns the bytes besides those of the blocks. */
 static size_t BytesBeside(const Plan *p)
 {
   const size_t orders = sizeof(int) * (size_t)(p->h->N * (p->h->rows + p->h->columns) + 2);
@@ -251,7 +251,7 @@ PetscErrorCode SlipHDeviceBytes(const SlipHShape *h, PetscReal *bytes)
 
 /* ---- on the device ---- */
 
-/* Records or integers, whatever they are: as numbers, the last of which may be half of one */
+/* Sends records or integers as numbers, of which the last one may be half used. */
 static PetscErrorCode Send(SlipDevice device, size_t bytes, const void *from, SlipDeviceMemory *to)
 {
   const size_t n = (bytes + sizeof(PetscReal) - 1) / sizeof(PetscReal);
@@ -300,7 +300,7 @@ static PetscErrorCode SendBlocks(const Plan *p, SlipHDevice d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the numbers of the tree's order are in vectors of so many a cell */
+/* Sends the positions, in vectors with `many` numbers per cell, of the numbers in the tree's order. */
 static PetscErrorCode SendOrder(const SlipHShape *h, SlipDevice device, PetscInt many, SlipDeviceMemory *to)
 {
   int *order;
@@ -359,7 +359,7 @@ PetscErrorCode SlipHDeviceDestroy(SlipHDevice *device)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = scale * (the matrix) x, both on the device */
+/* Computes y = scale * (the matrix) x, both on the device. */
 PetscErrorCode SlipHDeviceApply(SlipHDevice d, PetscReal scale, Vec x, Vec y)
 {
   SlipDeviceMemory from, to;

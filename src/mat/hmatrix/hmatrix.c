@@ -1,13 +1,13 @@
 /*
-  Stiffness of type "sliphmat": blocks of cells that are far from each other, against their size, are stored as low-rank
-  products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
+  Stiffness of type "sliphmat": blocks of cells that are far from each other, relative to their size, are low-rank
+  products from adaptive cross approximation, and others are full (Hackbusch 2015, Hierarchical Matrices).
 
-  Of a stiffness, which is symmetric, only the blocks on and above the diagonal are kept: the others are their
-  transposes. A block is made, kept and applied by one process, which owns some of its rows or, by symmetry, of its
-  columns: block rows, but for the half that symmetry saves. Among these the one with the least storage so far takes it.
-  What the blocks are does not depend on the number of processes, so that results agree to rounding.
+  As a stiffness is symmetric, only the blocks on and above the diagonal are stored: others are their transposes. One
+  process computes, stores and applies a block. It owns some of the block's rows or, by symmetry, of its columns: this
+  is a distribution by rows except for the half that symmetry saves. Of several such processes the one with the least
+  storage so far is chosen. Blocks do not depend on the number of processes, so that results agree to rounding.
 
-  Where slip is a vector a block has two columns, and of a stiffness two rows, for each cell, and is compressed as one.
+  Where slip is a vector a block has two columns, and in a stiffness two rows, for each cell, and is compressed as one.
 */
 #include <petscmat.h>
 #include <float.h>
@@ -19,42 +19,42 @@
 #include <slipstep/private/slipwork.h>
 
 #define HMAT_LEAF 48 /* cells in a leaf of the cluster tree */
-/* Low rank where the smaller diameter is at most this many distances; of dipping cells, whose entries take ten times as
-   long: two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
+/* A block is low-rank if the smaller diameter is at most this many distances. Entries of dipping cells take ten times
+   as long: two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
 #define HMAT_ADMISSIBLE 1.5
 #define HMAT_ADMISSIBLE_DIPPING 2
-/* Shares of the tolerance by which rounding may change a full block: one that is far, but not of low rank, and one that
-   is near off the diagonal. All blocks of low rank together have some 4e-4 of the matrix's norm, so that near ones must
-   be so much better for errors to remain. */
+/* Shares of the tolerance by which rounding may change a full block: a far one that is not of low rank, and a near one
+   off the diagonal. All low-rank blocks together have about 4e-4 of the matrix's norm, so that near ones must be more
+   accurate by this factor for the total error not to grow. */
 #define HMAT_ROUND_FAR 0.2
 #define HMAT_ROUND_NEAR 1e-3
-#define HMAT_HEAD_MOST 16 /* terms in double precision of a full block that is else in single precision */
+#define HMAT_HEAD_MOST 16 /* most double-precision terms of a full block that is otherwise in single precision */
 
 typedef struct {
   SlipClusterTree tree;
   PetscReal scale, tolerance;
-  PetscBool whole;        /* of normal stress: no block is another one's transpose */
-  PetscInt N, nblocks;    /* cells, and blocks of this process */
-  PetscInt rows, columns; /* of each cell */
+  PetscBool whole;        /* matrix of normal stress: no block is the transpose of another */
+  PetscInt N, nblocks;    /* numbers of cells, and of blocks of this process */
+  PetscInt rows, columns; /* numbers for each cell */
   SlipHBlock *block;
   SlipGather gather;
   PetscInt *row;               /* [N] number among the rows' cells of each cell in the tree's order */
-  Vec diagonal;                /* before scale */
+  Vec diagonal;                /* diagonal without the scale */
   PetscReal *x, *y, *z, *t;    /* [columns N], [rows N] */
-  PetscBool *seen;             /* while blocks are assigned */
-  PetscReal bytes, most;       /* of the blocks on all processes, and on the one with the most */
-  PetscReal mean_rank;         /* of the low-rank ones */
-  PetscLogDouble flops;        /* of a product, on this process */
-  PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
+  PetscBool *seen;             /* work of the assignment of blocks */
+  PetscReal bytes, most;       /* bytes of the blocks on all processes, and on the one with the most */
+  PetscReal mean_rank;         /* mean rank of the low-rank blocks */
+  PetscLogDouble flops;        /* operations of a product on this process */
+  PetscInt total, low, widest; /* numbers of blocks on all processes and of low-rank ones; their largest rank */
   SlipHDevice device;          /* NULL: not in use */
 } HMat;
 
-/* What an entry of a block is computed from. */
+/* The data from which an entry of a block is computed */
 typedef struct {
   const SlipCells *cells;
-  PetscReal unit;               /* 0: of normal stress */
+  PetscReal unit;               /* 0: an entry of normal stress */
   const PetscInt *row, *column; /* cells of the block's rows and columns */
-  PetscInt rows, columns;       /* of each cell */
+  PetscInt rows, columns;       /* numbers for each cell */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
@@ -99,7 +99,7 @@ static PetscErrorCode AddPair(PairList *list, PetscInt a, PetscInt b, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Pairs of clusters (a, b) that cover all of a x b, or unless whole the upper triangle of it when a == b. */
+/* Lists pairs of clusters that cover all of a x b, or only its upper triangle if a == b and not whole. */
 static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, PetscInt a, PetscInt b, PairList *list)
 {
   const SlipCluster *p = &tree->node[a], *q = &tree->node[b];
@@ -121,12 +121,12 @@ static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, Pe
 
 /* ---- blocks ---- */
 
-/* A full block k, in single precision beside its head terms where that takes less memory: rounding changes it by at
-   most share of itself. */
+/* Stores a full block k, in single precision besides its head terms if that takes less memory. Rounding changes the
+   block by at most `share` of itself. */
 static PetscErrorCode StoreFull(SlipHBlock *k, EntryContext *e, PetscReal share)
 {
   const size_t size = (size_t)k->m * k->n;
-  /* 8 bytes a number of a term, 4 less one of the rest */
+  /* a number of a term takes 8 bytes, and single precision saves 4 per number of the rest */
   const PetscInt most = share > 0 ? PetscMin(HMAT_HEAD_MOST, SlipRankMost(k->m, k->n) / 2) : 0;
   PetscReal *A, *rest, *U, *V;
 
@@ -294,7 +294,7 @@ static PetscErrorCode HMatDestroy(Mat S)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Storage that a pair is expected to take: ranks are about 15 at the tolerances in use. */
+/* Estimates the storage of a pair: ranks are about 15 at usual tolerances. */
 static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
 {
   const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
@@ -303,7 +303,7 @@ static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
   return pair->low ? PetscMin(15 * (m + n), m * n) : m * n;
 }
 
-/* cost [n]: each cell's share of the blocks that it is in. */
+/* Computes cost [n], each cell's share of the storage of its blocks. */
 PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
 {
   SlipClusterTree tree;
@@ -327,7 +327,7 @@ PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many processes own rows of a pair's clusters, and the one with the least load among them. */
+/* Counts the processes that own rows of a pair's clusters, and finds the one with the least load among them. */
 static PetscMPIInt Candidates(const HMat *h, const PetscMPIInt owner[], const Pair *pair, PetscMPIInt size,
                               const PetscReal load[], PetscMPIInt *least)
 {
@@ -353,7 +353,7 @@ static PetscMPIInt Candidates(const HMat *h, const PetscMPIInt owner[], const Pa
   return found;
 }
 
-/* keeper [list->n], alike on every process: those with one candidate first, then the others even the loads out. */
+/* Computes keeper [list->n], equal on all processes: pairs with one candidate come first, then others balance loads. */
 static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt keeper[])
 {
   const PetscInt *ranges;
@@ -385,7 +385,7 @@ static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The blocks of this process. */
+/* Creates the blocks of this process. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
   EntryContext entry = {
@@ -434,7 +434,7 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a square matrix */
+/* Computes the diagonal of a square matrix. */
 static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
 {
   const PetscReal unit = h->whole ? 0 : SlipCellsUnit(cells);
@@ -453,7 +453,7 @@ static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the cells are in the tree's order, and work arrays. */
+/* Computes the places of cells in the tree's order, and allocates work arrays. */
 static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
 {
   PetscInt *row;

@@ -1,4 +1,4 @@
-/* MatCreateSlipCellStiffness() and its sisters for normal stress and for vectors of slip, and the table of types. */
+/* MatCreateSlipCellStiffness(), its variants for normal stress and for vectors of slip, and the table of types. */
 #include <slipmat.h>
 #include <slipsys.h>
 #include <slipstep/private/slipelasticity.h>
@@ -13,7 +13,7 @@ static PetscInt RowsOf(const SlipCells *c)
   return c->kernel.type->components * c->n;
 }
 
-/* cell [n] of each row; PetscFree() it */
+/* Lists the cell of each row, [n], which the caller frees with PetscFree(). */
 static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
 {
   PetscFunctionBegin;
@@ -22,7 +22,7 @@ static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the rows that this process has of S, or of Kn where unit is 0: entries by kernel, but those that are mirrored */
+/* Computes this process' rows of S, or of Kn if unit is 0, from the kernel, except entries that follow by symmetry */
 static PetscErrorCode CreateDense(MPI_Comm comm, const SlipCells *c, PetscReal unit, Mat *A)
 {
   const PetscInt columns = c->kernel.type->components, rows = unit == 0 ? 1 : columns;
@@ -81,7 +81,7 @@ static const struct {
   {"hmat", SlipStiffnessCreate_HMat, SlipNormalCreate_HMat},
 };
 
-/* The row of a type, after "auto" was decided */
+/* Finds the row of a type other than "auto". */
 static PetscErrorCode FindType(MPI_Comm comm, const char type[], PetscReal tolerance, PetscInt *row)
 {
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
@@ -99,7 +99,7 @@ static PetscErrorCode FindType(MPI_Comm comm, const char type[], PetscReal toler
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "dense" or "hmat" in place of "auto". */
+/* Replaces "auto" by "dense" or "hmat". */
 static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
 {
   PetscBool match;
@@ -110,7 +110,7 @@ static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* cost [n]: what the row of each cell takes, in any unit. */
+/* Computes the cost [n] of each cell's row, in any unit. */
 PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscReal cost[])
 {
   PetscBool hmat;
@@ -125,7 +125,7 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* S, with weights and notes, by the row of a type; cells were checked. */
+/* Creates S with weights and notes from the row of a type; the cells must have been checked. */
 static PetscErrorCode StiffnessCreate(MPI_Comm comm, const SlipCells *cells, const char asked[], PetscReal tolerance,
                                       Mat *S)
 {
@@ -169,7 +169,7 @@ static PetscErrorCode CheckNormal(MPI_Comm comm, const SlipCells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Kn, likewise */
+/* Creates Kn in the same way. */
 static PetscErrorCode NormalCreate(MPI_Comm comm, const SlipCells *cells, const char type[], PetscReal tolerance,
                                    Mat *Kn)
 {
@@ -191,32 +191,32 @@ static PetscErrorCode NormalCreate(MPI_Comm comm, const SlipCells *cells, const 
 }
 
 /*@C
-  MatCreateSlipCellStiffness - area-weighted stiffness of irregular cells, rectangles or triangles
+  MatCreateSlipCellStiffness - creates the area-weighted stiffness of irregular cells, rectangles or triangles
 
   Collective
 
   Input Parameters:
 + comm      - communicator
-. cells     - the cells, the same on every process; not kept
+. cells     - the cells, the same on every process; not needed after the call
 . type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
-- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
+- tolerance - relative error of each low-rank block of "hmat" in the Frobenius norm, dimensionless, in (0, 1)
 
   Output Parameter:
 . S - symmetric matrix [Pa/m]; its rows are in cells->order, cells->nlocal on this process, or in the order of the
-      cells and distributed by PETSC_DECIDE when that is NULL
+      cells and distributed by PETSC_DECIDE if that is NULL
 
   Notes:
-  K_ij, the stress drop at the centre of cell i for unit slip on cell j, is not symmetric when areas differ. In the
-  continuum A_i K_ij = A_j K_ji (Betti's reciprocity of the forces on two cells); collocation at centres keeps that up
-  to its own error, so S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) is used. The balance of cell i per unit area,
+  K_ij, the stress drop at the centre of cell i for unit slip on cell j, is not symmetric if areas differ. In the
+  continuum A_i K_ij = A_j K_ji (Betti's reciprocity of the forces on two cells). Collocation at centres satisfies that
+  up to its own error, so that S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)). The balance of cell i per unit area,
   M dv/dt = -H v - K u + tau, becomes w_i M dv/dt = -(w H v)_i - (S u)_i + w_i tau_i with the weights w_i =
   A_i / mean(A) of MatSlipGetWeights(): M, tau and the friction stay per unit area, all operators are symmetric,
   and u.S u / (2 N) is the mean elastic energy per unit area. On cells of one size S = (K + K')/2.
 
-  By cells->kernel.average K_ij is the average over cell i of SlipKernelAverage(), and reciprocity is exact. The core of
-  an edge is SLIP_CORE_CELL of the geometric mean of the extents across it of the cells that share it, or of the cell's
-  own where no cell follows. With SLIP_AVERAGE_WHOLE it is SLIP_CORE_INNER of the former, SLIP_CORE_BORDER of the
-  latter.
+  If cells->kernel.average is set, K_ij is the average over cell i of SlipKernelAverage(), and reciprocity is exact. The
+  core of an edge is SLIP_CORE_CELL times the geometric mean of the extents across it of the cells that share it, or the
+  cell's own extent where no cell follows. With SLIP_AVERAGE_WHOLE it is SLIP_CORE_INNER times the former,
+  SLIP_CORE_BORDER times the latter.
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
 
@@ -236,15 +236,16 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
 }
 
 /*@C
-  MatCreateSlipCellNormalStiffness - what slip on cells does to the normal stress of cells
+  MatCreateSlipCellNormalStiffness - creates the matrix of the change of cells' normal stress by slip
 
   Collective
 
   Input Parameters:
 + comm      - communicator
-. cells     - the cells, the same on every process, with a kernel that has a row of normal stress; not kept
+. cells     - the cells, the same on every process, with a kernel that has a row of normal stress; not needed after the
+              call
 . type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
-- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
+- tolerance - relative error of each low-rank block of "hmat" in the Frobenius norm, dimensionless, in (0, 1)
 
   Output Parameter:
 . Kn - matrix [Pa/m], neither symmetric nor weighted, with the rows of MatCreateSlipCellStiffness()
@@ -272,8 +273,8 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
 }
 
 /*@C
-  MatCreateSlipCellVectorStiffness - stiffness of irregular cells, rectangles or triangles, for slip as a vector in each
-  cell's plane, and what that does to their normal stress
+  MatCreateSlipCellVectorStiffness - creates the stiffness of irregular cells, rectangles or triangles, for slip as a
+  vector in each cell's plane, and the matrix of the change of normal stress
 
   Collective
 
@@ -281,25 +282,25 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
 + comm      - communicator
 . cells     - the cells, the same on every process, with a kernel of two components, SlipKernelDippingVector or
               SlipKernelTriangleVector, or of three, with opening, SlipKernelDippingOpening or
-              SlipKernelTriangleOpening; their rakes do not count; not kept
+              SlipKernelTriangleOpening; rakes are ignored; not needed after the call
 . type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
-- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
+- tolerance - relative error of each low-rank block of "hmat" in the Frobenius norm, dimensionless, in (0, 1)
 
   Output Parameters:
 + S  - symmetric matrix [Pa/m], 2 N x 2 N: rows and columns 2 i and 2 i + 1 are slip and shear traction along strike and
-       up dip of the cell whose row i is in MatCreateSlipCellStiffness(); 2 cells->nlocal of them on this process, or
-       twice the rows that PETSC_DECIDE gives it of N
-- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; or NULL where it is
-       not wanted. With opening S is 3 N x 3 N, its rows 3 i + 2 are of the compression, and Kn are these rows
+       up dip of the cell of row i in MatCreateSlipCellStiffness(); 2 cells->nlocal of them on this process, or twice
+       its rows of N by PETSC_DECIDE
+- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; NULL: it is not
+       created. With opening S is 3 N x 3 N, its rows 3 i + 2 are those of compression, and Kn consists of these rows
        (MatCreateSlipNormalRows())
 
   Notes:
-  With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either component on
-  cell j, S_ij = (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons that MatCreateSlipCellStiffness() gives.
-  Projected on directions in the cells' planes it is the scalar stiffness of these rakes.
+  Where K_ij [2][2] is the stress drop at the centre of cell i, or its average over the cell, for unit slip along either
+  component on cell j, S_ij = (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons in MatCreateSlipCellStiffness().
+  Its projection on directions in the cells' planes is the scalar stiffness of these rakes.
 
-  "auto" is "dense" up to 3000 rows. Hierarchical storage has the clusters of the scalar stiffness; a block of low rank
-  holds both components.
+  "auto" is "dense" up to 3000 rows. Hierarchical storage uses the clusters of the scalar stiffness; a low-rank block
+  has both components.
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel of one component, or without normal stress where Kn is
   wanted, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance

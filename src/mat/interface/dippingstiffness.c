@@ -1,5 +1,5 @@
-/* MatCreateSlipDippingStiffness(), its sister for vectors of slip and their table of types; products with both of their
-   matrices. */
+/* MatCreateSlipDippingStiffness(), the same function for vectors of slip, their table of types, and products with both
+   of their matrices. */
 #include <petsc/private/petscimpl.h> /* methods */
 #include <slipmat.h>
 #include <slipsys.h>
@@ -8,14 +8,14 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>
 
-/* Up to this many cells dense products are as fast as others. */
+/* Number of cells up to which dense products are as fast as others */
 #define SLIP_DENSE_MAX 256
-/* From so many cells along dip for one along strike on, hierarchical products of slip along dip take less time than
-   blocks of cells along dip; measured, K and Kn: 1.7 and 1.6 ms at 8 x 400 cells, 3.6 and 6.2 ms at 8 x 800, 0.3 and
+/* Ratio of cells along dip to those along strike above which hierarchical products of slip along dip are faster than
+   blocks of cells along dip. Measured, K and Kn: 1.7 and 1.6 ms at 8 x 400 cells, 3.6 and 6.2 ms at 8 x 800, 0.3 and
    1.0 ms at 4 x 400, but 13 and 3.7 ms at 20 x 400. */
 #define SLIP_DEEP 50
 
-/* The cells of a grid, along its own strike; cells->x owns all columns. */
+/* Creates the cells of a grid, along its own strike; cells->x owns all columns. */
 static PetscErrorCode CellsOf(const SlipDippingGrid *d, SlipCells *cells)
 {
   const SlipGrid *g = &d->grid;
@@ -94,8 +94,8 @@ static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *g
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What "auto" is, and why, in words. A kernel's own average or a lack of stress on whole planes is for hierarchical
-   storage. */
+/* Chooses the type for "auto" and returns the reason in words. Hierarchical storage is for kernels with an average of
+   their own, or without stress on whole planes. */
 static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
 {
   const SlipGrid *g = &grid->grid;
@@ -126,7 +126,7 @@ static const struct {
   {"fft", CreateByTransforms},
 };
 
-/* Of a kernel with so many components */
+/* Creates the matrices for a kernel with so many components. */
 static PetscErrorCode Create(MPI_Comm comm, const SlipDippingGrid *grid, PetscInt components, const char type[], Mat *K,
                              Mat *Kn)
 {
@@ -160,8 +160,8 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipDippingGrid *grid, PetscIn
 }
 
 /*@C
-  MatCreateSlipDippingStiffness - stiffness of a uniform grid of cells on a plane of any dip, and what slip does to its
-  normal stress
+  MatCreateSlipDippingStiffness - creates the stiffness of a uniform grid of cells on a plane of any dip, and the matrix
+  of the change of normal stress
 
   Collective
 
@@ -175,12 +175,12 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipDippingGrid *grid, PetscIn
   Output Parameters:
 + K  - symmetric N x N matrix [Pa/m], N = nx * nz, rows distributed by PETSC_DECIDE: the symmetric part of the stress
        drop along its rake at the centre of cell i for unit slip on cell j
-- Kn - compression of the centre of cell i for unit slip on cell j [Pa/m], not symmetric; NULL where it is not wanted
+- Kn - compression of the centre of cell i for unit slip on cell j [Pa/m], not symmetric; NULL: it is not created
 
   Notes:
-  Type "fft" keeps about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and 33 MB
-  at 400 x 100 cells. That is where all rakes are 0 or 180 degrees, or all 90 or -90; else slip has two components, and
-  blocks take four times and twice as much. It needs a kernel with plane() of SlipKernelType.
+  Type "fft" stores about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and 33 MB
+  at 400 x 100 cells. That holds if all rakes are 0 or 180 degrees, or all 90 or -90; otherwise slip has two components,
+  and blocks take four times and twice as much. It needs a kernel with plane() of SlipKernelType.
 
   "auto" is "dense" up to 256 cells, "hmat" for more than 50 cells along dip for one along strike and for kernels
   without plane(), and otherwise "fft". MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type.
@@ -203,29 +203,29 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
 }
 
 /*@C
-  MatCreateSlipDippingVectorStiffness - stiffness of a uniform grid of cells on a plane of any dip for slip as a vector
-  in the plane, and what that does to its normal stress
+  MatCreateSlipDippingVectorStiffness - creates the stiffness of a uniform grid of cells on a plane of any dip for slip
+  as a vector in the plane, and the matrix of the change of normal stress
 
   Collective
 
   Input Parameters:
 + comm - communicator
 . grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector, or of three such
-         as SlipKernelDippingOpening; its rakes do not count
+         as SlipKernelDippingOpening; its rakes are ignored
 - type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance
-         of grid) or "auto", as MatCreateSlipDippingStiffness() has them
+         of grid) or "auto", as for MatCreateSlipDippingStiffness()
 
   Output Parameters:
 + S  - symmetric 2 N x 2 N matrix [Pa/m], N = nx * nz: rows and columns 2 i and 2 i + 1 are along strike and up dip of
-       cell i; twice the rows on each process that PETSC_DECIDE gives it of N
-- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted. With
-       opening both are as MatCreateSlipCellVectorStiffness() says
+       cell i; each process has twice its rows of N by PETSC_DECIDE
+- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL: it is not created. With opening
+       both are as for MatCreateSlipCellVectorStiffness()
 
   Notes:
   S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on another
   one.
 
-  Type "fft" keeps what MatCreateSlipDippingStiffness() does where rakes vary.
+  Type "fft" stores what it stores for MatCreateSlipDippingStiffness() where rakes vary.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel of one
   component, without normal stress where Kn is wanted, or with "fft" without plane(), PETSC_ERR_ARG_UNKNOWN_TYPE for an
@@ -244,20 +244,20 @@ PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDipp
 }
 
 /*@
-  MatSlipStiffnessMultBoth - stress drop and compression by slip at once
+  MatSlipStiffnessMultBoth - computes the stress drop and the compression by slip at once
 
   Collective
 
   Input Parameters:
 + K  - stiffness
-. Kn - what slip does to normal stress, as made with K, or any other
+. Kn - change of normal stress by slip, created with K or by any other function
 - u  - slip [m]
 
   Output Parameters:
 + f - K u [Pa]
 - n - Kn u [Pa]
 
-  Note: matrices by transforms that were made together share what they need of u; others are two products
+  Note: matrices by transforms that were created together transform u once; others take two products
 
   Level: intermediate
 

@@ -1,4 +1,4 @@
-/* Of a stiffness with opening the rows of normal stress, as a matrix of their own. */
+/* A matrix of the rows of normal stress in a stiffness with opening. */
 #include <petsc/private/petscimpl.h> /* methods */
 #include <slipmat.h>
 #include <slipcells.h>
@@ -10,8 +10,8 @@
 typedef struct {
   Mat S;       /* referenced */
   Vec product; /* S u */
-  Vec weights; /* of S's rows, borrowed from it; NULL: 1 */
-  Vec there;   /* on the device, those of the rows that are taken; NULL: 1, or not in use */
+  Vec weights; /* weights of S's rows, borrowed from S; NULL: 1 */
+  Vec there;   /* weights of the normal rows on the device; NULL: 1, or no device */
 } NormalRows;
 
 static PetscErrorCode TakeOnDevice(const NormalRows *r, Vec f, Vec n)
@@ -69,7 +69,7 @@ static PetscErrorCode NormalRowsMult(Mat Kn, Vec u, Vec n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatSlipStiffnessMultBoth() of a Kn: one product where K is its own */
+/* MatSlipStiffnessMultBoth() of this type: it takes one product if K is the matrix of Kn's rows. */
 static PetscErrorCode NormalRowsMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 {
   NormalRows *r;
@@ -84,7 +84,7 @@ static PetscErrorCode NormalRowsMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Those of S are there as well. */
+/* Puts the matrix on the device; S is there as well. */
 static PetscErrorCode NormalRowsDevice(Mat Kn, PetscBool use, PetscReal *bytes)
 {
   const PetscReal *w;
@@ -132,18 +132,17 @@ static PetscErrorCode NormalRowsDestroy(Mat Kn)
 }
 
 /*@
-  MatCreateSlipNormalRows - what slip and opening do to normal stress, of a stiffness that has both
+  MatCreateSlipNormalRows - creates the matrix of the change of normal stress from a stiffness with slip and opening
 
   Collective
 
   Input Parameter:
 . S - stiffness of cells that open, 3 N x 3 N, of MatCreateSlipCellVectorStiffness() or
-      MatCreateSlipDippingVectorStiffness(); a reference is kept
+      MatCreateSlipDippingVectorStiffness(), of which Kn takes a reference
 
   Output Parameter:
 . Kn - matrix [Pa/m], N x 3 N: every third row of S over its weight, the compression of a cell by slip and opening of
-       all. A product takes one with S, and MatSlipStiffnessMultBoth() no more than that. Its entries follow those of S:
-       MatScale() of S scales both
+       all. Its product takes one product with S, and so does MatSlipStiffnessMultBoth(). MatScale() of S scales both
 
   Level: intermediate
 

@@ -1,13 +1,13 @@
 /*
-  Cells of an irregular mesh over processes: METIS cuts the graph that joins each cell to its nearest ones into compact
-  parts of equal cost (Karypis & Kumar 1998, SIAM J. Sci. Comput. 20).
+  Distributes the cells of an irregular mesh over processes: METIS partitions the graph that joins each cell to its
+  nearest ones into compact parts of equal cost (Karypis & Kumar 1998, SIAM J. Sci. Comput. 20).
 
-  The graph is of cells, not of the cluster tree: clusters of the hierarchical stiffness come from bisection, whatever
-  the number of processes, so that its low-rank blocks, and with them results, do not depend on that number.
+  The graph is of cells, not of the cluster tree: bisection makes the clusters of the hierarchical stiffness for any
+  number of processes, so that its low-rank blocks, and with them results, do not depend on that number.
 
-  Without METIS the leaves of a tree of clusters, in their order, are cut into pieces of equal cost: as balanced, with
-  two to two and a half times the shared sides (1920 cells in two faults: 130 instead of 54 on 4 processes, 266 instead
-  of 129 on 7).
+  Without METIS the leaves of a tree of clusters, in their order, are divided into pieces of equal cost, which balances
+  as well, with two to two and a half times the shared sides (1920 cells in two faults: 130 instead of 54 on 4
+  processes, 266 instead of 129 on 7).
 */
 #include <slipcells.h>
 #include <slipsys.h>
@@ -21,16 +21,16 @@ typedef PetscInt idx_t;
 #endif
 
 enum {
-  near_cells = 8,      /* neighbours that a cell is joined to, as many as touch it on a grid */
-  search_leaf = 16,    /* cells in a leaf of the tree that is searched for them */
-  max_recursive = 8,   /* parts up to which METIS bisects recursively, which balances better */
-  cost_unit = 1 << 12, /* of the mean cell: METIS takes whole numbers */
+  near_cells = 8,      /* neighbours to which a cell is joined, as many as touch it on a grid */
+  search_leaf = 16,    /* cells in a leaf of the search tree */
+  max_recursive = 8,   /* number of parts up to which METIS bisects recursively, which balances better */
+  cost_unit = 1 << 12, /* cost of the mean cell, because METIS takes integers */
 };
 
 #if defined(SLIPSTEP_HAVE_METIS)
 /* ---- nearest cells ---- */
 
-/* Those found so far, by rising distance. */
+/* The nearest cells found so far, by increasing distance */
 typedef struct {
   PetscInt n;
   PetscInt cell[near_cells];
@@ -56,7 +56,7 @@ static void AddNear(Near *near, PetscInt cell, PetscReal distance)
   near->distance[k] = distance;
 }
 
-/* Of a cell's centre from the box of a cluster, which holds the centres of its cells. */
+/* Returns the distance of a cell's centre from the box of a cluster, which contains the centres of its cells. */
 static PetscReal DistanceToBox(const SlipCells *c, PetscInt i, const SlipCluster *box)
 {
   PetscReal sum = 0;
@@ -103,7 +103,7 @@ static int CompareIndices(const void *a, const void *b)
   return p < q ? -1 : p > q;
 }
 
-/* Sorts each row and removes what is in it twice. */
+/* Sorts each row and removes duplicates. */
 static void Compact(Graph *g)
 {
   idx_t end = 0;
@@ -122,7 +122,7 @@ static void Compact(Graph *g)
   g->start[g->n] = end;
 }
 
-/* Each cell and its nearest ones, both ways. */
+/* Creates the graph that joins each cell to its nearest ones and them to it. */
 static PetscErrorCode GraphCreate(const SlipCells *c, Graph *g)
 {
   SlipClusterTree tree;
@@ -161,7 +161,7 @@ static PetscErrorCode GraphCreate(const SlipCells *c, Graph *g)
 
 /* ---- the parts ---- */
 
-/* part[i] in [0, size): every part has a cell. Falls back on equal shares in the file's order for tiny meshes. */
+/* Computes part[i] in [0, size) so that every part has a cell. Tiny meshes are divided equally in the file's order. */
 static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal cost[], idx_t part[])
 {
   idx_t options[METIS_NOPTIONS], one = 1, parts = (idx_t)size, cut, *weight;
@@ -193,7 +193,7 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
 }
 
 #else
-/* part[i] in [0, size): every part has a cell. */
+/* Computes part[i] in [0, size) so that every part has a cell. */
 static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal cost[], idx_t part[])
 {
   SlipClusterTree tree;
@@ -206,7 +206,7 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
   for (PetscInt k = 0; k < c->n; k++) {
     const PetscInt i = tree.perm[k], left = c->n - k;
 
-    /* the next part, once a cell's middle is past the share; in time for each of the others to have a cell */
+    /* begin the next part when a cell's middle is past the share, or when the others need all remaining cells */
     if (n > 0 && r < size - 1 && (sum + cost[i] / 2 > total * (PetscReal)(r + 1) / size || left < size - r)) {
       r++;
       n = 0;
@@ -220,7 +220,7 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
 }
 #endif
 
-/* Rank 0: order [n], the cells part by part, each in the file's order, and how many each part has. */
+/* Computes on rank 0 the order [n] of the cells, part by part and each in the file's order, and the parts' sizes. */
 static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char type[], PetscInt order[], PetscInt count[])
 {
   PetscReal *cost;
@@ -244,22 +244,22 @@ static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char typ
 }
 
 /*@C
-  SlipCellsPartition - compact shares of a mesh for the processes, of equal cost
+  SlipCellsPartition - partitions a mesh into compact parts of equal cost for the processes
 
   Collective
 
   Input Parameters:
 + comm  - communicator
 . cells - the cells, the same on every process
-- type  - storage that their stiffness will have: "dense", "hmat" or "auto"; with "hmat" a cell costs the numbers that
-          its row is expected to take, else all cost the same
+- type  - storage that their stiffness will have: "dense", "hmat" or "auto"; with "hmat" a cell costs the expected
+          storage of its row, otherwise all cost the same
 
   Output Parameters:
 + order  - [n] cell of each row of the stiffness, the same on every process; in its own order on one process. Free it
            with PetscFree()
 - nlocal - rows of this process, at least 1
 
-  Note: give both to MatCreateSlipCellStiffness() as cells->order and cells->nlocal.
+  Note: pass both to MatCreateSlipCellStiffness() as cells->order and cells->nlocal.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE when there are more processes than cells
 

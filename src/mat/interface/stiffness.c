@@ -9,7 +9,7 @@
 /* Up to this many cells a dense product is as fast as one by FFT (measured), and forming B is cheap. */
 #define SLIP_DENSE_MAX 256
 
-/* The plain reference: a MATDENSE filled from the nx nz (nz + 1) / 2 distinct kernel values. */
+/* Creates the reference: a MATDENSE filled from the nx nz (nz + 1) / 2 distinct kernel values. */
 static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipGrid *g, Mat *K)
 {
   const PetscInt nx = g->nx, nz = g->nz, N = nx * nz;
@@ -49,7 +49,7 @@ static const struct {
 };
 
 /*@C
-  MatCreateSlipStiffness - stiffness of a uniform grid of cells on a vertical strike-slip plane
+  MatCreateSlipStiffness - creates the stiffness of a uniform grid of cells on a vertical strike-slip plane
 
   Collective
 
@@ -63,11 +63,11 @@ static const struct {
 
   Notes:
   Entry (i, j) is the stress drop at the centre of cell i for unit slip on cell j. Collocation at centres is not exactly
-  symmetric below a free surface; K is the symmetric part. By grid->kernel.average it is the average over cell i of
-  SlipKernelAverage(), symmetric as it is: of SLIP_AVERAGE_CELL with the core SLIP_CORE_CELL of all edges; of
-  SLIP_AVERAGE_WHOLE with SLIP_CORE_INNER, and SLIP_CORE_BORDER at the edges of the grid other than the free surface.
-  The viscosities "spectral" and "toeplitz" do not know that last K, nor one below a free surface whose kernel's type
-  has no surface(). MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type.
+  symmetric below a free surface; K is the symmetric part. If grid->kernel.average is set, entry (i, j) is the average
+  over cell i of SlipKernelAverage(), which is symmetric: SLIP_AVERAGE_CELL has the core SLIP_CORE_CELL at all edges,
+  SLIP_AVERAGE_WHOLE has SLIP_CORE_INNER, and SLIP_CORE_BORDER at edges of the grid other than the free surface. The
+  viscosities "spectral" and "toeplitz" do not support the latter, nor a K below a free surface whose kernel's type has
+  no surface(). MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel without
   SLIP_EVEN_STRIKE, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
@@ -104,7 +104,7 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
                        grid->nx * grid->nz > SLIP_DENSE_MAX ? "more than" : "at most", SLIP_DENSE_MAX));
   else
     PetscCall(SlipNote(*K, "SlipWhy", "%s as asked", type));
-  /* Others take the grid's kernel apart by transforms. K is more than that where cells at the border differ. */
+  /* Other matrices transform the grid's kernel, which does not have the terms of cells at the border. */
   if (grid->kernel.average != SLIP_AVERAGE_WHOLE && SlipKernelTransforms(&grid->kernel))
     PetscCall(SlipGridCompose(*K, grid));
   PetscCall(MatSetOption(*K, MAT_SYMMETRIC, PETSC_TRUE));
@@ -113,13 +113,13 @@ PetscErrorCode MatCreateSlipStiffness(MPI_Comm comm, const SlipGrid *grid, const
 }
 
 /*@C
-  MatSlipStiffnessSetDepth - how products by transforms along strike treat depth
+  MatSlipStiffnessSetDepth - sets how products by transforms along strike treat depth
 
   Logically collective
 
   Input Parameters:
-+ K    - stiffness; nothing happens to those that are not of type "fft"
-- type - "blocks" (a dense block per wavenumber), "transform" (as along strike) or "auto" (the faster one; unless set)
++ K    - stiffness; ignored unless it is of type "fft"
+- type - "blocks" (a dense block per wavenumber), "transform" (as along strike) or "auto" (the faster one; default)
 
   Options Database Key:
 . -mat_slipfft_depth <auto> - the same, for MatSlipStiffnessSetFromOptions()
@@ -138,12 +138,12 @@ PetscErrorCode MatSlipStiffnessSetDepth(Mat K, const char type[])
 }
 
 /*@
-  MatSlipStiffnessSetFromOptions - read the options of a stiffness, with its prefix
+  MatSlipStiffnessSetFromOptions - reads the options of a stiffness, with its prefix
 
   Collective
 
   Input Parameter:
-. K - stiffness that was not used yet
+. K - stiffness that has not been used yet
 
   Options Database Keys:
 + -mat_slipfft_depth <auto> - MatSlipStiffnessSetDepth(): blocks, transform, or the faster one
@@ -172,14 +172,14 @@ PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is wrong with the entries of a stiffness; passed from rank 0 to all. */
+/* The error in the entries of a stiffness, which rank 0 broadcasts */
 typedef struct {
   enum { ENTRIES_GOOD, ENTRIES_MISSING, ENTRIES_NOT_FINITE, ENTRIES_NOT_SYMMETRIC, ENTRIES_NOT_POSITIVE } what;
   PetscInt i, j;
   PetscReal value, other;
 } SlipEntriesFault;
 
-/* Symmetry is judged against the largest entry of the matrix, as its far entries are small by nature. */
+/* Checks that entries are finite, and symmetric relative to the largest entry, as far entries are small. */
 static void CheckFiniteAndSymmetric(PetscInt N, const PetscReal *e, SlipEntriesFault *fault)
 {
   PetscReal largest = 0;
@@ -202,7 +202,7 @@ static void CheckFiniteAndSymmetric(PetscInt N, const PetscReal *e, SlipEntriesF
     }
 }
 
-/* Rank 0 only: checks, then the symmetric part, which is tried for a Cholesky factorisation. */
+/* On rank 0, checks the entries, computes the symmetric part, and tests it by a Cholesky factorisation. */
 static PetscErrorCode CheckEntries(PetscInt N, const PetscReal *e, PetscReal **symmetric, SlipEntriesFault *fault)
 {
   PetscReal *factor;
@@ -230,7 +230,7 @@ static PetscErrorCode CheckEntries(PetscInt N, const PetscReal *e, PetscReal **s
 }
 
 /*@C
-  MatCreateSlipStiffnessFromEntries - stiffness from the entries of a matrix that someone else computed
+  MatCreateSlipStiffnessFromEntries - creates a stiffness from given entries of a matrix
 
   Collective
 
@@ -238,7 +238,7 @@ static PetscErrorCode CheckEntries(PetscInt N, const PetscReal *e, PetscReal **s
 + comm    - communicator
 . N       - number of cells
 . entries - N * N entries [Pa/m], row-major, on rank 0; ignored elsewhere
-- source  - where they come from (file and dataset), for error messages
+- source  - their source (file and dataset), for error messages
 
   Output Parameter:
 . K - the symmetric part as MATDENSE, rows distributed by PETSC_DECIDE

@@ -16,13 +16,13 @@ static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Up to so many rows a hierarchical stiffness has a dense root; beyond, Lanczos' method applies it. */
+/* Number of rows up to which a hierarchical stiffness has a dense root; above, Lanczos' method applies the root. */
 #define SLIP_ROOT_DENSE_MAX 3000
-/* The same for averages over the cells of a grid, whose products by transforms are cheaper. */
+/* The same number for averages over the cells of a grid, whose products by transforms are cheaper */
 #define SLIP_ROOT_AVERAGE_MAX 1000
 
-/* The root takes after the stiffness: spectral plus low rank or Lanczos' method for an FFT, Lanczos' method for many
-   cells of hierarchical storage or of averages, else dense. */
+/* Creates the root in a way that fits the stiffness: spectral plus low rank or Lanczos' method for an FFT, Lanczos'
+   method for many cells of hierarchical storage or of averages, otherwise a dense root. */
 static PetscErrorCode ViscosityCreate_Sqrtm(Mat K, PetscReal factor, Mat *H)
 {
   const SlipGrid *grid;
@@ -54,7 +54,8 @@ static const struct {
 };
 
 /*@C
-  MatCreateSlipViscosity - viscosity H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, that damps every mode of K alike
+  MatCreateSlipViscosity - creates the viscosity H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, with one damping ratio for
+  all modes of K
 
   Collective
 
@@ -62,9 +63,9 @@ static const struct {
 + K    - stiffness [Pa/m], N x N
 . mass - inertia per unit area, density times mobilised thickness [kg/m^2], positive
 . zeta - damping ratio, zero or positive, dimensionless
-- type - "sqrtm" (the exact matrix square root), "spectral" (square root per wavenumber along strike of the problem made
-         periodic; uniform grids only), "lanczos" (the root again, by Lanczos' method in each product; any
-         stiffness, no set-up), "toeplitz" (the root on an endless plane, a few per cent off along the fault's edges;
+- type - "sqrtm" (the exact matrix square root), "spectral" (square root per wavenumber along strike of the periodic
+         problem; uniform grids only), "lanczos" (the exact root by Lanczos' method in each product; any stiffness, no
+         set-up), "toeplitz" (the root on an endless plane, with errors of a few per cent along the fault's edges;
          uniform grids only) or "none" (zero)
 
   Output Parameter:
@@ -72,13 +73,13 @@ static const struct {
 
   Options Database Keys:
 + -mat_slipsqrtm_setup <auto>     - exact root on a uniform grid: sketch (a low-rank part is set up), lanczos (no
-                                    set-up), or auto (lanczos, and up to 10000 cells
-                                    sketch once that took as much work as its set-up)
+                                    set-up), or auto (lanczos, and up to 10000 cells sketch after as much work as its
+                                    set-up takes)
 . -mat_slipsqrtm_tolerance        - relative error of its products: 1e-10 by sketch, 1e-8 by lanczos
 - -mat_slipspectral_type <auto>   - spectral: blocks, lanczos, or by size
 
-  Note: these options are read here, with K's prefix, as they choose the type of the matrix; call MatSetOptionsPrefix()
-  for K before. MatSlipViscositySetFromOptions() reads the tolerance again, with H's prefix.
+  Note: this function reads these options, with K's prefix, because they choose the type of the matrix; call
+  MatSetOptionsPrefix() for K before. MatSlipViscositySetFromOptions() reads the tolerance again, with H's prefix.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for mass or zeta, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG when K has an
   eigenvalue that is not positive

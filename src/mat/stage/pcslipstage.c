@@ -3,13 +3,14 @@
 
      y = m . P (m . r) + (1 - m) . r,
 
-  m the 0/1 mask of sliding cells. On a uniform grid P is the part on the fault of the inverse of the stage operator on
-  an endless plane (toeplitz_root.c), wrong along its edges: one number for each pair of wavenumbers and O(N log N)
-  work. Elsewhere it is the inverse diagonal, where cells have several components the inverse of a block for each: of
-  diag(B) and their slope. P is positive definite whatever the slope, so the whole is.
+  where m is the 0/1 mask of sliding cells. On a uniform grid P is the part on the fault of the inverse of the stage
+  operator on an endless plane (toeplitz_root.c), which has errors along the fault's edges: it stores one number for
+  each pair of wavenumbers and takes O(N log N) work. Elsewhere P is the inverse diagonal, or for cells of several
+  components the inverse of diag(B) and slope in a block per cell. P, and with it the whole, is positive definite for
+  any slope.
 
-  Tried and left out: the inverse made periodic along strike, a block of nz^2 numbers per wavenumber (60 x 60 under
-  `heuristic`: 4.4 s against 3.9 s, 400 x 400: 75 s against 21 s), and overlapping parts of irregular cells with a
+  Two alternatives were slower: the inverse made periodic along strike, a block of nz^2 numbers per wavenumber (60 x 60
+  under `heuristic`: 4.4 s against 3.9 s, 400 x 400: 75 s against 21 s), and overlapping parts of irregular cells with a
   coarse level (two faults of 4,050 cells: 27.6 s against 25.9 s for the inverse diagonal, of 3,872 cells 18.9 s against
   17.3 s).
 */
@@ -22,20 +23,20 @@
 #include <slipstep/private/slipwork.h>
 
 typedef struct {
-  Mat B;           /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
-  Vec mask, slope; /* borrowed; NULL when every row is free */
-  Vec cross;       /* entries of the slope beside its diagonal, one a cell, borrowed; NULL with one component a cell */
-  SlipToeplitz plane; /* of the symbol, or NULL: P is then the inverse diagonal */
-  PetscReal *f;       /* P per pair of wavenumbers; NULL on the device, which forms it anew from what follows */
+  Mat B;              /* borrowed from the solver's matrix at set-up; that matrix itself if it has no parts */
+  Vec mask, slope;    /* borrowed; NULL if every row is free */
+  Vec cross;          /* off-diagonal entries of the slope, one per cell, borrowed; NULL with one component a cell */
+  SlipToeplitz plane; /* plane of the symbol; NULL: P is the inverse diagonal */
+  PetscReal *f;       /* P per pair of wavenumbers; NULL on the device, which computes it from inverse_symbol */
   SlipToeplitzInverse inverse_symbol;
-  Mat sized;         /* matrix that the vectors and f were sized for; referenced */
+  Mat sized;         /* matrix for which the vectors and f were allocated; referenced */
   Vec work, inverse; /* masked residual; inverse diagonal */
-  Vec beside;        /* entries of the inverse beside its diagonal, one a cell */
+  Vec beside;        /* off-diagonal entries of the inverse, one per cell */
 } PCSlipStage;
 
-/* The largest share of the operator's symbol that weakening may take away: keeps P positive and bounded. */
+/* The largest share of the operator's symbol that weakening may subtract, so that P stays positive and bounded */
 #define PC_SLOPE_LIMIT 0.9
-/* Eigenvalues of a stiffness of n cells a side reach down to about 1 / n of the largest. */
+/* Lower bound of eigenvalues over the largest: for n cells a side a stiffness has them down to about 1 / n of it */
 #define PC_SMALLEST 1e-6
 
 static PetscErrorCode ContextReset(PCSlipStage *c)
@@ -60,8 +61,8 @@ static PetscErrorCode ContextDestroy(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum over all rows of slope on the sliding set, divided by N: the mean slope weighted by how much of the fault slides,
-   which took the fewest iterations on whole and on scattered sets alike. */
+/* Computes the sum of the slope over the sliding set, divided by N: the mean slope weighted by the sliding part of the
+   fault, which took the fewest iterations both on whole and on scattered sets. */
 static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
 {
   PetscScalar sum;
@@ -76,7 +77,8 @@ static PetscErrorCode MeanSlope(PCSlipStage *c, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* P at the eigenvalues of the kernel on an endless plane; bounded where a stiffness alone has none above zero. */
+/* Computes P at the eigenvalues of the kernel on an endless plane; it is bounded where those of a stiffness are not
+   above zero. */
 static PetscErrorCode PCSlipStageSetUpSymbol(PCSlipStage *c, const SlipStageParts *parts)
 {
   const PetscReal *values;
@@ -125,8 +127,9 @@ static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inverse of diag(d) + S, S = [s0 c; c s1] a slope whose eigenvalues relative to d are limited from below as those of
-   cells with one component. With d^-1/2 S d^-1/2 = sum e_k n_k n_k' it is sum d^-1/2 n_k n_k' d^-1/2 / (1 + e_k). */
+/* Computes the inverse of diag(d) + S for a slope S = [s0 c; c s1], whose eigenvalues relative to d have the lower
+   limit of cells with one component: with d^-1/2 S d^-1/2 = sum e_k n_k n_k' it is sum d^-1/2 n_k n_k' d^-1/2/(1 +
+   e_k) */
 static void InvertBlock(PetscReal d[2], const PetscReal s[2], PetscReal c, PetscReal *beside)
 {
   const PetscReal root[] = {PetscSqrtReal(d[0]), PetscSqrtReal(d[1])}, a = s[0] / d[0], b = s[1] / d[1];
@@ -157,13 +160,13 @@ static PetscErrorCode SetUpBlocks(PCSlipStage *c)
   for (PetscInt i = 0, at = 0; i < n; i++, at += block) {
     for (PetscInt k = at; k < at + block; k++) d[k] = d[k] != 0 ? PetscAbsReal(d[k]) : 1;
     InvertBlock(&d[at], &slope[at], cross[i], &beside[i]);
-    for (PetscInt k = at + 2; k < at + block; k++) d[k] = 1 / d[k]; /* what opens a cell */
+    for (PetscInt k = at + 2; k < at + block; k++) d[k] = 1 / d[k]; /* opening */
   }
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* work <- P work of blocks; masks of both components of a cell in its plane are the same */
+/* Computes work <- P work for blocks; both components in a cell's plane have the same mask. */
 static PetscErrorCode ApplyBlocks(PCSlipStage *c)
 {
   const PetscReal *d, *beside;
@@ -187,7 +190,8 @@ static PetscErrorCode ApplyBlocks(PCSlipStage *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What P inverts: a stage operator, or a stiffness alone of a uniform grid; *found is false for others. */
+/* Gets the parts of the operator that P inverts: a stage operator, or a stiffness alone of a uniform grid; *found is
+   false for others. */
 static PetscErrorCode PartsOf(Mat B, SlipStageParts *parts, PetscBool *found)
 {
   const SlipGrid *g;
@@ -279,7 +283,7 @@ static PetscErrorCode ChooseOnDevice(PCSlipStage *c, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The work vector is P work in between. */
+/* Applies the preconditioner; the work vector is masked r first and P times that later. */
 static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
 {
   PCSlipStage *c = NULL;
@@ -338,7 +342,7 @@ static PetscErrorCode PCView_SlipStage(PC pc, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What it adds to the engine of the stiffness, on this process. */
+/* Computes the memory on this process besides that of the stiffness. */
 static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
 {
   PCSlipStage *c = NULL;
@@ -353,7 +357,7 @@ static PetscErrorCode PCSlipStageGetMemory(PC pc, PetscReal *bytes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -pc_slipstage_type, of which one row is left; a type that is none, or was given up, is refused by name. */
+/* Reads -pc_slipstage_type, which has one type only; other names, those of removed types too, are refused. */
 static PetscErrorCode PCSetFromOptions_SlipStage(PetscObject pc, SlipOptionItems PetscOptionsObject, void *ctx)
 {
   char type[64] = "auto";
@@ -380,14 +384,14 @@ static PetscErrorCode PCSetFromOptions_SlipStage(PetscObject pc, SlipOptionItems
   PCSLIPSTAGE - "slipstage": approximate inverse of the Jacobian of a stage on its sliding set
 
   Notes:
-  For a Jacobian of type MATSLIPJACOBIAN, whose parts it finds composed as "SlipStageOperator", "SlipMask" and
-  "SlipSlope" (and "SlipCross" where cells have two components), or for a stage operator or a stiffness alone.
-  Symmetric positive definite even where weakening makes the Jacobian indefinite, as CG and MINRES need. The slope
-  enters by its mean over the fault. On a uniform grid it is the part on the fault of the inverse on an endless plane,
+  It is for a Jacobian of type MATSLIPJACOBIAN, whose parts are composed as "SlipStageOperator", "SlipMask" and
+  "SlipSlope" (and "SlipCross" where cells have two components), or for a stage operator or a stiffness alone. It is
+  symmetric positive definite even where weakening makes the Jacobian indefinite, as CG and MINRES need, and uses the
+  mean of the slope over the fault. On a uniform grid it is the part on the fault of the inverse on an endless plane,
   elsewhere the inverse diagonal, or a block of two rows for each cell with two components.
 
   Options Database Key:
-. -pc_slipstage_type <auto> - symbol, or auto, which is the same
+. -pc_slipstage_type <auto> - symbol or auto, which are the same
 
   Level: intermediate
 

@@ -1,4 +1,4 @@
-/* What the operators register with PETSc. */
+/* Registers the operators with PETSc. */
 #include <slipstep/private/slipmatstage.h>
 #include <slipstep/private/slipsys.h>
 #include <slipmat.h>
@@ -12,9 +12,9 @@ static PetscErrorCode Register_Mat(void)
 }
 
 /*@C
-  SlipMatInitializePackage - register the preconditioner slipstage and the events of -log_view
+  SlipMatInitializePackage - registers the preconditioner slipstage and the events of -log_view
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). Further calls do nothing.
 
   Level: developer
 

@@ -1,16 +1,15 @@
 /*
-  What a cheap stage operator A gets wrong, D = B - A, made good where it is known: on directions S whose products with
-  the exact viscosity a solver has paid for already (recycled.c). With the projection P onto them along A's inner
-  product,
+  Corrects the error D = B - A of a cheap stage operator A on directions S whose products with the exact viscosity have
+  already been computed for a solver (recycled.c). With the projection P onto them in A's inner product,
 
      P = S (S' A S)^-1 S' A,   A + D P + P' D - P' D P  =  B - (I - P)' D (I - P)
 
-  is symmetric, exact on all of them, and what is left of D is no larger in A's norm than D, say delta < 1/2: it is
-  positive definite, and iterations with it leave at most delta / (1 - 2 delta) of the error. (In the 2-norm it would
-  be the symmetric secant update of Powell: Dennis and Schnabel 1983, Numerical Methods, section 9.1.) Iterations leave
-  the error where D is largest, so that their iterates are the directions to know: on two faults of 5,041 cells stages
-  take 7 to 11 products with H instead of 11 to 18, on a grid of 100 x 100 4 to 6 instead of 6 to 8. Directions outlast
-  stages and steps, since only sums of the same products, and of their small matrices, depend on theta.
+  is symmetric and exact on all of them. The rest of D is no larger in A's norm than D, say delta < 1/2, so that the
+  operator is positive definite and each iteration reduces the error at least by delta / (1 - 2 delta). (In the 2-norm
+  it would be the symmetric secant update of Powell: Dennis and Schnabel 1983, Numerical Methods, section 9.1.) The
+  error remains where D is largest, so that iterates are the best directions: on two faults of 5,041 cells stages take 7
+  to 11 products with H instead of 11 to 18, on a grid of 100 x 100 4 to 6 instead of 6 to 8. Directions are valid in
+  later stages and steps, because only sums of the same products, and of their small matrices, depend on theta.
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
@@ -19,13 +18,13 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmatstage.h>
 
-#define CORRECTION_MAX 24 /* directions; five or six vectors each */
-/* Part of a direction that earlier ones must not cover. */
+#define CORRECTION_MAX 24 /* largest number of directions; each has five or six vectors */
+/* A direction is added if the part of it outside of the span of earlier ones is larger. */
 #define CORRECTION_NEW 0.1
-/* Relative error of an image that is of use: small parts of an iterate are computed to few digits. */
+/* Largest useful relative error of an image: small parts of an iterate are computed to few digits */
 #define CORRECTION_ERROR 1e-3
 
-/* The small matrices. */
+/* The small matrices */
 enum { OF_W, OF_K, OF_H, OF_R, SMALL };
 
 struct _n_SlipSecant {
@@ -34,25 +33,25 @@ struct _n_SlipSecant {
   Vec weights;          /* of the rows of K, borrowed; NULL when all are 1 */
   PetscReal mass, mean; /* A = mean ((mass / theta) W + theta K) + R */
   PetscInt n;
-  Vec s[CORRECTION_MAX];                                  /* orthonormal directions, */
+  Vec s[CORRECTION_MAX];                                  /* orthonormal directions s */
   Vec stiffness[CORRECTION_MAX];                          /* K s */
   Vec viscosity[CORRECTION_MAX];                          /* H s */
-  PetscReal error[CORRECTION_MAX];                        /* of H s in the 2-norm, at most */
+  PetscReal error[CORRECTION_MAX];                        /* bound of the error of H s in the 2-norm */
   Vec a[CORRECTION_MAX];                                  /* A s at theta */
   Vec d[CORRECTION_MAX];                                  /* D s */
   Vec cheap[CORRECTION_MAX];                              /* R s */
-  Vec like;                                               /* empty, for its layout */
-  PetscReal theta;                                        /* of a and d; 0 when directions have been dropped since */
-  PetscInt formed;                                        /* of the n: a and d, and the small matrices */
+  Vec like;                                               /* empty vector that has the layout */
+  PetscReal theta;                                        /* of a and d; 0 if directions have been removed since */
+  PetscInt formed;                                        /* number of directions whose a, d and small rows exist */
   PetscReal small[SMALL][CORRECTION_MAX][CORRECTION_MAX]; /* S' W S, S' K S, S' H S, S' R S */
   PetscReal factor[CORRECTION_MAX * CORRECTION_MAX];      /* Cholesky factor of S' A S [n][n] */
   PetscReal sds[CORRECTION_MAX * CORRECTION_MAX];         /* S' D S */
   PetscInt nseen;
-  PetscObjectId seen[SLIP_RECYCLED_MAX];     /* directions of the viscosity that have been looked at, */
-  PetscObjectState state[SLIP_RECYCLED_MAX]; /* and their states then */
+  PetscObjectId seen[SLIP_RECYCLED_MAX];     /* directions of the viscosity that have been examined */
+  PetscObjectState state[SLIP_RECYCLED_MAX]; /* their states at that time */
 };
 
-/* For A = mean ((mass / theta) W + theta K) + R; R may be NULL. Collective. */
+/* Creates the correction of A = mean ((mass / theta) W + theta K) + R; R may be NULL. Collective. */
 PetscErrorCode SlipSecantCreate(Mat K, Mat R, PetscReal mass, PetscReal mean, SlipSecant *correction)
 {
   SlipSecant c;
@@ -89,7 +88,7 @@ PetscErrorCode SlipSecantDestroy(SlipSecant *correction)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vectors of one process. */
+/* Returns the number of vectors. */
 PetscReal SlipSecantVectors(SlipSecant c)
 {
   PetscInt n = 0;
@@ -98,7 +97,7 @@ PetscReal SlipSecantVectors(SlipSecant c)
   return (PetscReal)((c->R ? 6 : 5) * n + 1);
 }
 
-/* Takes a direction off the list, and its number h[k] off another; its vectors go to the end, to be used again. */
+/* Removes direction k and its coefficient h[k] from their lists; its vectors go to the end and are used again. */
 static void Drop(SlipSecant c, PetscInt k, PetscReal h[])
 {
   Vec *const lists[] = {c->s, c->stiffness, c->viscosity, c->cheap};
@@ -120,8 +119,8 @@ static void Drop(SlipSecant c, PetscInt k, PetscReal h[])
   }
 }
 
-/* Takes off what would bring an error of more than allowed into a direction with the coefficients h, worst first, and
-   the oldest when there is no room. Returns the error that is left. */
+/* Removes directions, worst first, that would add an error of more than allowed to a direction with the coefficients h,
+   and the oldest one if there is no room. Returns the remaining error. */
 static PetscReal KeepAccurate(SlipSecant c, PetscReal error, PetscReal allowed, PetscReal h[])
 {
   for (;;) {
@@ -151,12 +150,12 @@ static PetscErrorCode Allocate(SlipSecant c, PetscInt k)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The products of the newest direction with all of them, none of which depends on theta: of W, K, R and H. */
+/* Computes the products of the newest direction with all directions by W, K, R and H, which do not depend on theta. */
 static PetscErrorCode FormRows(SlipSecant c)
 {
   const PetscInt n = c->n, last = n - 1;
   PetscReal row[CORRECTION_MAX];
-  Vec weighted = c->a[last]; /* formed later */
+  Vec weighted = c->a[last]; /* used as work, as a is computed later */
 
   PetscFunctionBegin;
   if (c->weights)
@@ -170,7 +169,7 @@ static PetscErrorCode FormRows(SlipSecant c)
     PetscCall(VecMDot(image[k], n, c->s, row));
     for (PetscInt j = 0; j < n; j++) c->small[k][j][last] = c->small[k][last][j] = row[j];
   }
-  /* symmetric but for the error of the products with H */
+  /* symmetric except for the error of the products with H */
   PetscCall(VecMDot(c->s[last], n, c->viscosity, row));
   for (PetscInt j = 0; j < last; j++) {
     c->small[OF_H][j][last] = 0.5 * (c->small[OF_H][j][last] + row[j]);
@@ -179,8 +178,8 @@ static PetscErrorCode FormRows(SlipSecant c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The part of q, of norm 1, that the directions do not cover, unless it is small or its image is not accurate enough.
-   image is H q with an error of at most error. Collective. */
+/* Adds the part of q, of norm 1, outside of the span of the directions, unless it is small or its image is not accurate
+   enough. image is H q with an error of at most error. Collective. */
 static PetscErrorCode Add(SlipSecant c, Vec q, Vec image, PetscReal error)
 {
   PetscReal h[CORRECTION_MAX], norm, size, covered = 0;
@@ -212,7 +211,7 @@ static PetscErrorCode Add(SlipSecant c, Vec q, Vec image, PetscReal error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a direction of the viscosity has been looked at as it is; what tells. */
+/* Returns whether a direction of the viscosity has been examined in its present state, and its id and state. */
 static PetscErrorCode HasSeen(SlipSecant c, Vec q, PetscObjectId *id, PetscObjectState *state, PetscBool *seen)
 {
   PetscFunctionBegin;
@@ -224,7 +223,7 @@ static PetscErrorCode HasSeen(SlipSecant c, Vec q, PetscObjectId *id, PetscObjec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Directions of the viscosity that have come or changed since the last time. */
+/* Adds directions of the viscosity that are new or have changed since the last call. */
 static PetscErrorCode Collect(SlipSecant c, const SlipRecycled *known)
 {
   PetscObjectId id[SLIP_RECYCLED_MAX];
@@ -243,7 +242,7 @@ static PetscErrorCode Collect(SlipSecant c, const SlipRecycled *known)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* a, d and the small matrices at theta. S' A S is the same on all ranks, and so is its factor. */
+/* Computes a, d and the small matrices at theta. S' A S and its factor are the same on all ranks. */
 static PetscErrorCode Form(SlipSecant c, PetscReal theta)
 {
   const PetscReal inertia = c->mass / theta, more = c->mean - 1;
@@ -280,7 +279,7 @@ static PetscErrorCode Form(SlipSecant c, PetscReal theta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For this theta and these products with the exact viscosity; *changed says whether A has. Collective. */
+/* Updates the correction for this theta and these exact products with H; *changed: A has changed. Collective. */
 PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscReal theta, PetscBool *changed)
 {
   PetscFunctionBegin;
@@ -290,7 +289,7 @@ PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y += (D P + P' D - P' D P) x. Collective. */
+/* Computes y += (D P + P' D - P' D P) x. Collective. */
 PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y)
 {
   PetscReal u[CORRECTION_MAX], v[CORRECTION_MAX], w[CORRECTION_MAX];
@@ -312,8 +311,8 @@ PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For checkpoints, known being as it was or is again: directions and images; what follows from them is formed anew. Of
-   known's directions, which were looked at. Collective. */
+/* Writes or reads a checkpoint, in which `known` is equal: directions, images, and which of known's directions have
+   been examined; all else is computed from these. Collective. */
 PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipState s)
 {
   const PetscBool loading = SlipStateIsLoading(s);
@@ -332,7 +331,7 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
     if (c->R) PetscCall(MatMult(c->R, c->s[j], c->cheap[j]));
   }
   PetscCall(SlipProductsPop());
-  /* their bits depend on the directions that there were when they were formed */
+  /* their bits depend on the directions that existed when they were computed */
   PetscCall(SlipStateReal(s, "secant_products", SMALL * CORRECTION_MAX * CORRECTION_MAX, &c->small[0][0][0]));
   if (loading) c->nseen = 0;
   for (PetscInt j = 0; j < known->n; j++) {
@@ -352,6 +351,6 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
   if (!loading) PetscFunctionReturn(PETSC_SUCCESS);
   c->formed = 0;
   c->theta = theta;
-  if (c->n && theta > 0) PetscCall(Form(c, theta)); /* no work of the next step, which an unbroken run does not have */
+  if (c->n && theta > 0) PetscCall(Form(c, theta)); /* an unbroken run does not do this in the next step */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

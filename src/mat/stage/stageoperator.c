@@ -2,15 +2,15 @@
 #include <petsc/private/petscimpl.h> /* prefix */
 #include <slipstep/private/slipmatstage.h>
 
-/* What MatSlipStageSetJacobian() chooses. */
+/* The choices of MatSlipStageSetJacobian() */
 enum { JACOBIAN_AUTO, JACOBIAN_EXACT, JACOBIAN_APPROXIMATE };
 static const char *const Jacobians[] = {"auto", "exact", "approximate"};
 
-/* Dense operands are summed at each theta up to this size: it costs three products and saves one in each of the tens of
-   iterations at that theta, but it needs N^2 more numbers (200 MB here). */
+/* Largest size up to which dense operands are added for each theta: that costs three products and saves one in each of
+   the tens of iterations at that theta, but it needs N^2 more numbers (200 MB here). */
 #define SLIP_STAGE_ASSEMBLE_MAX 5000
 
-/* Beside K and H. */
+/* Returns the memory besides that of K and H. */
 static PetscErrorCode StageGetInfo(Mat B, MatInfoType flag, MatInfo *info)
 {
   SlipStageContext *s;
@@ -47,7 +47,7 @@ static PetscErrorCode StageView(Mat B, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What StageSetUp() made. */
+/* Destroys what StageSetUp() created. */
 static PetscErrorCode StageReset(SlipStageContext *s)
 {
   PetscFunctionBegin;
@@ -79,7 +79,7 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One pair of transforms per wavenumber serves K and a spectral viscosity of it. */
+/* Makes one pair of transforms per wavenumber serve K and its spectral viscosity. */
 static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
 {
   const SlipGrid *g;
@@ -88,7 +88,7 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
 
   PetscFunctionBegin;
   PetscCall(SlipCirculantOf(s->K, &own));
-  if (own != strike) PetscFunctionReturn(PETSC_SUCCESS); /* H was made from another stiffness */
+  if (own != strike) PetscFunctionReturn(PETSC_SUCCESS); /* H is of another stiffness */
   s->strike = strike;
   PetscCall(MatGetSize(s->K, &N, NULL));
   SlipCirculantGet(strike, &g, NULL, &nk, NULL);
@@ -97,12 +97,12 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Up to so many cells the entries of K are kept for solves on small sliding sets, 72 MB of them: a factorisation of 100
-   rows takes a tenth of the products that conjugate gradients need to the same residual. */
+/* Number of cells up to which the entries of K are stored (72 MB) for solves on small sliding sets: a factorisation of
+   100 rows takes a tenth of the time of the products that conjugate gradients need to the same residual. */
 #define SLIP_STAGE_ENTRIES_MAX 3000
 
-/* B = scale dense + diag(diagonal) where H is diagonal, for solvers that factor blocks; composed as
-   "MatSlipGetDense_C" */
+/* Gets B = scale dense + diag(diagonal) where H is diagonal, for solvers that factor blocks; composed as
+   "MatSlipGetDense_C". */
 static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *diagonal)
 {
   SlipStageContext *s;
@@ -117,7 +117,7 @@ static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *
       PetscCall(PetscObjectReference((PetscObject)s->K));
       s->entries = s->K;
     } else {
-      PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP)); /* a product for each column */
+      PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP)); /* it takes a product per column */
       PetscCall(MatConvert(s->K, MATDENSE, MAT_INITIAL_MATRIX, &s->entries));
       PetscCall(SlipProductsPop());
     }
@@ -143,9 +143,8 @@ static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
 static PetscErrorCode MatSlipStageSetWanted(Mat B, PetscReal wanted);
 static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise);
 
-/* Chooses whether Jacobians are formed from something cheaper than B, where products with H are much more expensive
-   than those with K, and how products are formed: fused by transforms or per wavenumber, assembled, or K and H
-   apart. */
+/* Chooses whether Jacobians are cheaper than B, which pays where products with H are much more expensive than those
+   with K, and how products are computed: fused by transforms or per wavenumber, assembled, or K and H separately. */
 static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
 {
   const SlipGrid *g;
@@ -187,7 +186,7 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells solvers that B has changed. */
+/* Increases the state of B, so that solvers see that it has changed. */
 static PetscErrorCode StageChanged(Mat B)
 {
   PetscFunctionBegin;
@@ -196,7 +195,7 @@ static PetscErrorCode StageChanged(Mat B)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Has the viscosity got a factorised root since, products are formed with that, between solves. */
+/* Lets products use the factorised root of the viscosity between solves, if it has one since the last call. */
 static PetscErrorCode StageRenew(Mat B, SlipStageContext *s)
 {
   Mat now;
@@ -211,7 +210,7 @@ static PetscErrorCode StageRenew(Mat B, SlipStageContext *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For checkpoints, after the viscosity: what an approximation has learnt of it. */
+/* Writes or reads the correction of the approximation in a checkpoint, after the viscosity. */
 static PetscErrorCode StageState(Mat B, SlipState s)
 {
   SlipStageContext *stage, *a = NULL;
@@ -227,7 +226,7 @@ static PetscErrorCode StageState(Mat B, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stage operator; mean: see the context. */
+/* Creates a stage operator; mean: see the context. */
 static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, Mat *B)
 {
   const SlipShellOps ops = {.mult = SlipStageMult,
@@ -257,7 +256,7 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets an approximation learn from the products with H, where H remembers them. */
+/* Corrects an approximation by the products with H that H has stored. */
 static PetscErrorCode StageCorrect(SlipStageContext *s)
 {
   SlipStageContext *a;
@@ -270,8 +269,8 @@ static PetscErrorCode StageCorrect(SlipStageContext *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H = 2 zeta (M K)^(1/2) is at most zeta ((M / theta) W + theta K) and at least nothing; without a grid to know better,
-   half the bound is off by half of it at most. */
+/* Creates the approximation. H = 2 zeta (M K)^(1/2) is between 0 and zeta ((M / theta) W + theta K): without a grid,
+   half of that bound has an error of at most its own size. */
 static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
 {
   const PetscReal zeta = s->damping / (2 * PetscSqrtReal(s->mass));
@@ -294,7 +293,7 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
 }
 
 /*@
-  MatCreateSlipStage - the operator of an implicit stage, B(theta) = (mass / theta) I + H + theta K
+  MatCreateSlipStage - creates the operator of an implicit stage, B(theta) = (mass / theta) I + H + theta K
 
   Collective
 
@@ -307,10 +306,10 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s)
 . B - matrix of type "slipstage" [Pa s/m]; set theta before using it
 
   Notes:
-  K and H are referenced and must not change while B lives. Where the rows of K are weighted
-  (MatSlipGetWeights()), so is the inertia: B = (mass / theta) diag(w) + H + theta K.
+  K and H are referenced and must not change while B exists. If the rows of K have weights (MatSlipGetWeights()), the
+  inertia has them too: B = (mass / theta) diag(w) + H + theta K.
 
-  Its options, with K's prefix, are read by MatSlipStageSetFromOptions().
+  MatSlipStageSetFromOptions() reads its options, with K's prefix.
 
   Errors: PETSC_ERR_ARG_SIZ when the sizes of K and H differ, PETSC_ERR_ARG_OUTOFRANGE for the mass
 
@@ -353,18 +352,18 @@ static PetscErrorCode StageContext(Mat B, SlipStageContext **s)
 }
 
 /*@C
-  MatSlipStageSetJacobian - choose what MatSlipStageGetApproximation() gives for Newton matrices
+  MatSlipStageSetJacobian - sets which operator MatSlipStageGetApproximation() returns for Newton matrices
 
   Collective
 
   Input Parameters:
 + B    - matrix of MatCreateSlipStage()
-- type - "exact" (B itself), "approximate" (a cheap viscosity) or "auto" (by cost; unless set)
+- type - "exact" (B itself), "approximate" (a cheap viscosity) or "auto" (by cost; default)
 
   Options Database Key:
 . -mat_slipstage_jacobian <auto> - the same, for MatSlipStageSetFromOptions()
 
-  Note: before a solver is set up with B.
+  Note: call this before a solver is set up with B.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE
 
@@ -390,12 +389,12 @@ PetscErrorCode MatSlipStageSetJacobian(Mat B, const char type[])
 }
 
 /*@
-  MatSlipStageSetFromOptions - read the options of a stage operator, with its prefix
+  MatSlipStageSetFromOptions - reads the options of a stage operator, with its prefix
 
   Collective
 
   Input Parameter:
-. B - matrix of MatCreateSlipStage(), which gave it the prefix of K
+. B - matrix of MatCreateSlipStage(), which has the prefix of K
 
   Options Database Key:
 . -mat_slipstage_jacobian <auto> - Newton matrices: exact, approximate, or by cost (MatSlipStageSetJacobian())
@@ -424,13 +423,13 @@ PetscErrorCode MatSlipStageSetFromOptions(Mat B)
 }
 
 /*@
-  MatSlipStageSetTheta - set the theta of the stage operator; the same value again costs nothing
+  MatSlipStageSetTheta - sets the theta of the stage operator; the same value again costs nothing
 
   Logically collective
 
   Input Parameters:
 + B     - matrix of MatCreateSlipStage()
-- theta - [s], positive
+- theta - the theta [s], positive
 
   Level: intermediate
 
@@ -455,7 +454,7 @@ PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
 }
 
 /*@
-  MatSlipStageGetTheta - the theta of a stage operator
+  MatSlipStageGetTheta - gets the theta of a stage operator
 
   Not collective
 
@@ -463,7 +462,7 @@ PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
 . B - matrix of MatCreateSlipStage()
 
   Output Parameter:
-. theta - [s], 0 when it was never set
+. theta - the theta [s]; 0 if it was never set
 
   Level: intermediate
 
@@ -479,7 +478,7 @@ PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Products with iterates far from the ones before are wanted to this relative error only, 0 for all as exact as ever;
+/* Sets the relative error that products with iterates far from earlier ones may have; 0: the usual error. It is
    composed as "MatSlipSetLoose_C" for solvers that correct their iterates by such products. */
 static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
 {
@@ -493,8 +492,8 @@ static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An error that products with H may have in the 2-norm [Pa], 0: as little as ever; composed as "MatSlipSetWanted_C" for
-   solvers that stop at a residual which is larger. */
+/* Sets the error that products with H may have in the 2-norm [Pa]; 0: the usual error. It is composed as
+   "MatSlipSetWanted_C" for solvers that stop at a larger residual. */
 static PetscErrorCode MatSlipStageSetWanted(Mat B, PetscReal wanted)
 {
   SlipStageContext *s;
@@ -507,8 +506,8 @@ static PetscErrorCode MatSlipStageSetWanted(Mat B, PetscReal wanted)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The error of the last product in the 2-norm, 0 for that of rounding; composed as "MatSlipGetNoise_C" for solvers,
-   which need not bring residuals below it. */
+/* Gets the error of the last product in the 2-norm; 0: rounding. It is composed as "MatSlipGetNoise_C" for solvers,
+   which need not reduce residuals below it. */
 static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
 {
   SlipStageContext *s;
@@ -522,7 +521,7 @@ static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
 }
 
 /*@
-  MatSlipStageGetApproximation - a stage operator with a cheap viscosity, for the matrix of an inexact Newton method
+  MatSlipStageGetApproximation - gets a stage operator with a cheap viscosity, the matrix of an inexact Newton method
 
   Logically collective
 
@@ -530,16 +529,16 @@ static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
 . B - matrix of MatCreateSlipStage() whose theta is set
 
   Output Parameter:
-. A - borrowed; B itself where its own products are cheap, else a matrix of type "slipstage" with the same theta
+. A - borrowed; B itself if its products are cheap, otherwise a matrix of type "slipstage" with the same theta
 
   Notes:
-  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
-  Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
-  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
-  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Both become better
-  as products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call,
-  and on a grid of 100 x 100 the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where
-  weakening takes most of B away, the share is larger in proportion.
+  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A in place of B,
+  a Newton iteration on B v = c reduces the error at least by the factor |A^-1 (H - H_A)|. On a uniform grid H_A is the
+  viscosity of type "toeplitz": the factor is 0.02, and products are as cheap as those with K. Elsewhere
+  H_A = (zeta / 2) ((mass / theta) I + theta K): the factor is zeta / (2 + zeta), 0.12 for zeta = 0.8 / 3. Both improve
+  with products with H, as those that H has stored correct H_A: A is another operator at each call, and on a grid of
+  100 x 100 the factor of the first Newton iteration decreases from 3e-2 to 1e-3. Near an instability, where weakening
+  cancels most of B, the factor is larger in proportion.
 
   Level: advanced
 

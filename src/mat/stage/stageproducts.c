@@ -1,5 +1,5 @@
-/* Products with the stage operator: fused by transforms or per wavenumber, with an assembled matrix, or K and H
-   apart. */
+/* Products with the stage operator: fused by transforms or per wavenumber, with an assembled matrix, or by K and H
+   separately. */
 #include <slipstep/private/slipmatstage.h>
 
 static PetscErrorCode StageAssemble(SlipStageContext *s)
@@ -72,7 +72,7 @@ static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = (mass / theta + radiation) W x + theta y */
+/* Computes y = (mass / theta + radiation) W x + theta y. */
 static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
 {
   const PetscReal diagonal = s->mass / s->theta + s->radiation;
@@ -127,7 +127,7 @@ PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  if (SlipDeviceVecIs(d)) { /* those of K and H are put there once */
+  if (SlipDeviceVecIs(d)) { /* the diagonals of K and H are sent there once */
     for (int k = 0; k < 2 && !(k && s->mean > 0); k++) {
       if (s->parts[k]) continue;
       PetscCall(VecDuplicate(d, &s->parts[k]));

@@ -1,12 +1,12 @@
 /*
-  Viscosity by a dense root: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights of the rows of S. That
-  is w times the H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric.
+  Viscosity by a dense root: H = factor D (D^-1 S D^-1)^(1/2) D with D = diag(w)^(1/2), where w are the weights of the
+  rows of S. It is w times H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* D and D^-1 of S's weights; both NULL without any. */
+/* Creates D and D^-1 from S's weights; both are NULL without weights. */
 PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse)
 {
   Vec weights;
@@ -24,7 +24,7 @@ PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sqrt(scale * K) of a uniform grid, by its mirror blocks. One process. */
+/* Computes sqrt(scale * K) of a uniform grid on one process, by its mirror blocks. */
 static PetscErrorCode SqrtOfGrid(const SlipGrid *g, PetscReal scale, PetscReal root[], PetscReal *smallest,
                                  PetscInt *info)
 {
@@ -53,7 +53,7 @@ static PetscErrorCode SqrtOfGrid(const SlipGrid *g, PetscReal scale, PetscReal r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 computes the root, so that it does not depend on the number of ranks. */
+/* Creates the viscosity. Rank 0 computes the root, so that it does not depend on the number of ranks. */
 PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)S);

@@ -1,25 +1,25 @@
 /*
-  The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part
-  found by sketches (sketch.c) once, or no set-up and Lanczos' method in each product (lanczos.c).
+  The exact root on a uniform grid. Either sketches (sketch.c) find its difference to the root per wavenumber once, as a
+  low-rank part for each mirror parity, or each product uses Lanczos' method, without set-up (lanczos.c).
 
-  Which is cheaper depends on the number of products, which nobody knows at the start of a run. So Lanczos' method comes
-  first, and the low-rank part once that has taken as long as its set-up.
+  The cheaper one depends on the number of products, which is not known at the start of a run. A run therefore begins
+  with Lanczos' method, and sets up the low-rank part once the method has taken as long as the set-up.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* Up to this many cells sketches are made on the way: their low-rank part takes 67 MB there, and the set-up 0.5 GB. */
+/* Most cells for which sketches are made in a run: their low-rank part takes 67 MB there, and the set-up 0.5 GB */
 #define SLIP_SQRT_SKETCH_MAX 10000
 /* Processor time of the set-up of sketches is about N nz (nz EACH + ROW) [s], from 0.019 s at 20 x 20 over 0.37 s at
    50 x 50 to 4.4 s at 100 x 100 cells of a core of an AMD EPYC: within 1.3 of the clock from 400 to 10,000 cells. */
 #define SLIP_SQRT_EACH 4e-8
 #define SLIP_SQRT_ROW 1.6e-6
-/* Terms below this share of the norm are kept in single precision, whose rounding, 3e-13 of the norm, depends on how
-   the rows are spread over ranks. */
+/* Terms below this share of the norm are stored in single precision, whose rounding, 3e-13 of the norm, depends on the
+   distribution of rows over ranks. */
 #define SLIP_SQRT_SINGLE 4e-6
 #define SLIP_SQRT_TOL 1e-10 /* of products, relative to the norm */
 
-/* Gives every rank what the root found. */
+/* Broadcasts the low-rank part from the rank `root`. */
 static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipLowRank *m)
 {
   PetscMPIInt rank;
@@ -37,7 +37,7 @@ static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipL
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One process: the correction of one parity, which needs all wavenumbers. */
+/* Computes on one process the correction of one parity, which needs all wavenumbers. */
 static PetscErrorCode BuildParity(SlipSpectral *c, PetscReal factor, PetscReal scale, PetscReal tolerance,
                                   PetscInt parity, PetscReal *smallest, PetscReal *error, SlipLowRank *m)
 {
@@ -59,7 +59,7 @@ static PetscErrorCode BuildParity(SlipSpectral *c, PetscReal factor, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The low-rank part on every rank: one parity a rank, or both on a single rank. */
+/* Computes the low-rank part, one parity per rank, or both on a single rank, and broadcasts it. */
 static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal factor, PetscReal scale,
                                       PetscReal tolerance)
 {
@@ -90,7 +90,7 @@ static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where ranks share the work, each keeps its rows of the low-rank part only; a row of cells has width coefficients. */
+/* Removes other ranks' rows of the low-rank part where ranks share the work; a row of cells has width coefficients. */
 static PetscErrorCode KeepRows(SlipSpectral *c, PetscInt width, SlipLowRank *m)
 {
   PetscInt start, rows;
@@ -108,7 +108,7 @@ static PetscErrorCode KeepRows(SlipSpectral *c, PetscInt width, SlipLowRank *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Spectral plus low rank, to a tolerance relative to the norm. */
+/* Creates the viscosity as spectral plus low rank, with a tolerance relative to the norm. */
 PetscErrorCode SlipViscosityCreate_Sketch(Mat K, PetscReal factor, PetscReal tolerance, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
@@ -134,7 +134,7 @@ PetscErrorCode SlipViscosityCreate_Sketch(Mat K, PetscReal factor, PetscReal tol
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The exact root: spectral plus low rank, or Lanczos' method; options with K's prefix. */
+/* Creates the exact root, spectral plus low rank or by Lanczos' method; its options have K's prefix. */
 PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
@@ -166,7 +166,7 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscCheck(known, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "-%smat_slipsqrtm_setup is \"%s\", expected auto, sketch or lanczos", prefix ? prefix : "", setup);
   PetscCall(MatGetVecType(K, &vectors));
-  PetscCall(PetscStrcmp(vectors, VECSLIPOPENCL, &device)); /* low-rank parts are not there */
+  PetscCall(PetscStrcmp(vectors, VECSLIPOPENCL, &device)); /* it has no low-rank parts */
   sketch = (PetscBool)(choice == 1 || (choice == 0 && !device && factor > 0 && cells <= SLIP_SQRT_SKETCH_MAX));
   PetscCheck(!sketch || (tolerance >= 1e-12 && tolerance < 1), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%smat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", prefix ? prefix : "", (double)tolerance);

@@ -1,19 +1,19 @@
 /*
-  Viscosity of any stiffness, without set-up: H = factor D (D^-1 S D^-1)^(1/2) D, D = diag(w)^(1/2), w the weights
-  of the rows of S, each product a Lanczos process of its own (Higham 2008, Functions of Matrices, section 13.2),
+  Viscosity of any stiffness, without set-up: H = factor D (D^-1 S D^-1)^(1/2) D with D = diag(w)^(1/2), where w are the
+  weights of the rows of S. Each product is a Lanczos process (Higham 2008, Functions of Matrices, section 13.2),
 
      A^(1/2) x  =  |x| V_m T_m^(1/2) e_1,   A V_m = V_m T_m + residual,
 
-  ended when the coefficients T_m^(1/2) e_1 no longer change. The three-term recurrence is enough: where it loses
-  orthogonality it repeats eigenvalues that it has found already, which the root does not mind (Druskin and Knizhnerman
+  which ends when the coefficients T_m^(1/2) e_1 no longer change. The three-term recurrence is enough: lost
+  orthogonality repeats eigenvalues that it has already found, which does not affect the root (Druskin and Knizhnerman
   1991, USSR Comput. Math. Math. Phys. 31). Small matrices are reorthogonalised, so that the process ends within N
   steps.
 
-  Products with a solver's iterates are summed from increments (recycled.c).
+  Products with a solver's iterates are sums of increments (recycled.c).
 
-  On a grid the process gives way to a factorised root (exact.c) once its work exceeds that of the other's set-up, so
-  that a run costs at most twice what it would with the better of both from its start: one event of 30 x 30 cells takes
-  70 products, 15 ms, where the set-up takes 79, and a century of events 1e5 products.
+  On a grid a factorised root (exact.c) replaces the process once its work exceeds that of the root's set-up, so that a
+  run costs at most twice as much as with the better of both from its start: one event of 30 x 30 cells takes 70
+  products, 15 ms, where the set-up takes 79 ms, and a century of events 1e5 products.
 */
 #include <petsc/private/petscimpl.h>
 #include <slipmat.h>
@@ -22,15 +22,15 @@
 #include <slipstep/private/slipmatviscosity.h>
 #include <slipstep/private/slipsys.h>
 
-#define LANCZOS_MAX 600    /* steps of one product */
-#define LANCZOS_BLOCK 20   /* basis vectors are allocated in blocks */
-#define LANCZOS_SHARE 0.03 /* of the steps so far between looks at the convergence, which cost their number cubed */
+#define LANCZOS_MAX 600    /* most steps of one product */
+#define LANCZOS_BLOCK 20   /* basis vectors that are allocated at once */
+#define LANCZOS_SHARE 0.03 /* steps between convergence tests over all steps so far: a test costs their number cubed */
 #define LANCZOS_SAMPLES 16 /* rows from which the diagonal is estimated */
-#define LANCZOS_SAMPLE_ERROR 1e-3 /* relative, of their diagonal: it only chooses preconditioners and Newton's models */
-#define LANCZOS_SAFETY 3          /* the error allowed over its estimate */
-#define LANCZOS_GAIN 0.1          /* the least error over the last change that is believed */
-#define LANCZOS_TOL 1e-8          /* default relative tolerance */
-#define LANCZOS_ORTHOGONAL_MAX 2000 /* rows up to which the basis is reorthogonalised */
+#define LANCZOS_SAMPLE_ERROR 1e-3   /* relative error of these: they only choose preconditioners and Newton's models */
+#define LANCZOS_SAFETY 3            /* allowed error over its estimate */
+#define LANCZOS_GAIN 0.1            /* smallest accepted ratio of the error to the last change */
+#define LANCZOS_TOL 1e-8            /* default relative tolerance */
+#define LANCZOS_ORTHOGONAL_MAX 2000 /* number of rows up to which the basis is reorthogonalised */
 
 typedef struct {
   Mat S;       /* referenced */
@@ -39,25 +39,25 @@ typedef struct {
   PetscReal factor, tolerance;
   PetscInt nbasis;
   Vec basis[LANCZOS_MAX + 1];
-  Vec diagonal; /* estimate, on first use */
+  Vec diagonal; /* its estimate, from first use on */
   Vec work;
-  PetscReal alpha[LANCZOS_MAX], beta[LANCZOS_MAX]; /* of T */
-  PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last look */
-  PetscReal h[LANCZOS_MAX];                        /* reorthogonalisation */
-  PetscInt products, steps;                        /* so far */
+  PetscReal alpha[LANCZOS_MAX], beta[LANCZOS_MAX]; /* entries of T */
+  PetscReal c[LANCZOS_MAX], last[LANCZOS_MAX];     /* T^(1/2) e_1, now and at the last convergence test */
+  PetscReal h[LANCZOS_MAX];                        /* work of reorthogonalisation */
+  PetscInt products, steps;                        /* their numbers so far */
   PetscBool orthogonal;                            /* reorthogonalise */
   SlipRecycled increment;
   PetscReal set_up;                          /* processor time of the set-up of a factorised root, or 0 for none [s] */
-  PetscReal spent;                           /* on products so far, by their work, on the slowest process [s] */
-  PetscReal factor_tolerance;                /* of the factorised root */
-  SlipRootFn create;                         /* makes it */
-  Mat factorised;                            /* NULL up to then */
+  PetscReal spent;                           /* time of products so far, by their work, on the slowest process [s] */
+  PetscReal factor_tolerance;                /* tolerance of the factorised root */
+  SlipRootFn create;                         /* function that creates it */
+  Mat factorised;                            /* NULL before */
   PetscErrorCode (*multiply)(Mat, Vec, Vec); /* its product, not logged */
 } Lanczos;
 
 /* ---- the function of the tridiagonal matrix (pure) ---- */
 
-/* c = T^(1/2) e_1, T with alpha[m] on and beta[m - 1] beside its diagonal; *lowest is the least Ritz value. */
+/* Computes c = T^(1/2) e_1; T has alpha[m] on and beta[m - 1] beside its diagonal; *lowest is the least Ritz value. */
 PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal c[],
                                      PetscReal *lowest)
 {
@@ -95,7 +95,7 @@ static PetscErrorCode EnsureBasis(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* next = D^-1 S D^-1 basis[m] */
+/* Computes next = D^-1 S D^-1 basis[m]. */
 static PetscErrorCode Multiply(Lanczos *l, PetscInt m, Vec next)
 {
   PetscFunctionBegin;
@@ -109,7 +109,7 @@ static PetscErrorCode Multiply(Lanczos *l, PetscInt m, Vec next)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* v_{m+1} and the next entries of T from v_0 .. v_m, by classical Gram-Schmidt done twice, or by the recurrence. */
+/* Computes v_{m+1} and the next entries of T from v_0 .. v_m, by classical Gram-Schmidt twice, or by the recurrence. */
 static PetscErrorCode Step(Lanczos *l, PetscInt m)
 {
   Vec next;
@@ -134,10 +134,10 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The error of the coefficients c of m steps. Their change since the last look is the error of then. Since then it has
-   fallen by at least as much in each step as before, as the convergence is superlinear, which tells the error of now.
-   Bounding it by that of the best polynomial as well, which needs the norm of A, would spare 1 % of the products of a
-   run. *size is |c|. */
+/* Estimates the error of the coefficients c of m steps. Their change since the last test is the error at that test.
+   Since then each step has reduced it by at least as much as before, because convergence is superlinear, which gives
+   the present error. A further bound, by the best polynomial, which needs the norm of A, would save 1 % of the products
+   of a run. *size is |c|. */
 PetscReal SlipRootError(SlipRootLooks *looks, PetscInt m, const PetscReal c[], PetscReal last[], PetscReal *size)
 {
   const PetscReal steps = (PetscReal)(m - looks->before);
@@ -158,8 +158,8 @@ PetscReal SlipRootError(SlipRootLooks *looks, PetscInt m, const PetscReal c[], P
   return error;
 }
 
-/* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger of
-   allowed and relative |c|; *m is their number. */
+/* Computes the basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger
+   of allowed and relative |c|; *m is their number. */
 static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscReal relative, PetscInt *m)
 {
   SlipRootLooks looks = {.before = 0};
@@ -179,7 +179,7 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
       PetscCall(SlipRootOfTridiagonal(*m, l->alpha, l->beta, l->c, &lowest));
       PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
                  "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
-      if (whole) break; /* the whole space, or an invariant one */
+      if (whole) break; /* the basis spans the whole space, or an invariant one */
       error = SlipRootError(&looks, *m, l->c, l->last, &size);
       if (error <= PetscMax(allowed, relative * size)) break;
     }
@@ -188,7 +188,7 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H x with an error of at most the larger of allowed [Pa] and relative |H x|; D is taken for its mean, 1. */
+/* Computes y = H x with an error of at most the larger of allowed [Pa] and relative |H x|, as if D were its mean, 1. */
 static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
   Lanczos *l = (Lanczos *)ctx;
@@ -240,7 +240,7 @@ static PetscErrorCode Factorise(Lanczos *l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the work of a run since before; that of output is not an unbroken run's after a restart. */
+/* Adds the work of a run since `before`, without that of output, which differs between restarted and unbroken runs. */
 static PetscErrorCode Spend(Lanczos *l, const SlipProducts *before)
 {
   SlipProducts now;
@@ -275,7 +275,7 @@ static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
 
 /* ---- the matrix ---- */
 
-/* On a uniform grid: that of the approximate root. */
+/* Takes the diagonal of the approximate root on a uniform grid. */
 static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
 {
   const SlipGrid *grid;
@@ -292,7 +292,7 @@ static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H_ii over factor sqrt(w_i S_ii), averaged over rows spread over the matrix: close, as preconditioners need. */
+/* Estimates the diagonal from the mean of H_ii over factor sqrt(w_i S_ii) in some rows, well enough to precondition. */
 static PetscErrorCode EstimateDiagonal(Lanczos *l)
 {
   PetscInt N, start, end, samples;
@@ -440,7 +440,7 @@ static PetscErrorCode LanczosSetFromOptions(Mat H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For checkpoints */
+/* Writes or reads the state in a checkpoint. */
 static PetscErrorCode LanczosState(Mat H, SlipState s)
 {
   PetscBool estimated, factorised;
@@ -458,7 +458,7 @@ static PetscErrorCode LanczosState(Mat H, SlipState s)
   factorised = l->factorised ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipStateBool(s, "factorised", &factorised));
   if (factorised && !l->factorised) PetscCall(Factorise(l));
-  if (!factorised) PetscCall(MatDestroy(&l->factorised)); /* in a program that loads another run */
+  if (!factorised) PetscCall(MatDestroy(&l->factorised)); /* if a program loads another run */
   if (factorised)
     PetscCall(SlipSpectralState(l->factorised, s));
   else
@@ -499,8 +499,8 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H of SlipViscosityCreate_Lanczos() has a factorised root created, to the tolerance, once products took more than
-   set_up [s]. */
+/* Makes an H of SlipViscosityCreate_Lanczos() create a factorised root of this tolerance after products have taken more
+   than set_up [s]. */
 PetscErrorCode SlipLanczosFactorise(Mat H, SlipRootFn create, PetscReal tolerance, PetscReal set_up)
 {
   Lanczos *l;
@@ -513,7 +513,7 @@ PetscErrorCode SlipLanczosFactorise(Mat H, SlipRootFn create, PetscReal toleranc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H as it is applied now, borrowed: the factorised root where H has one, else H. */
+/* Gets the matrix that computes products now, borrowed: the factorised root if H has one, otherwise H. */
 PetscErrorCode SlipLanczosGetNow(Mat H, Mat *now)
 {
   PetscBool lanczos;
@@ -528,7 +528,7 @@ PetscErrorCode SlipLanczosGetNow(Mat H, Mat *now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The products that a viscosity remembers, borrowed; NULL when H is of another type. */
+/* Gets the stored products of a viscosity, borrowed; NULL if H is of another type. */
 PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known)
 {
   PetscBool lanczos;

@@ -1,4 +1,4 @@
-/* Viscosity of type "slipradiation": eta diag(w), w the weights of the rows of K. */
+/* Viscosity of type "slipradiation": eta diag(w), where w are the weights of the rows of K. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
@@ -6,9 +6,9 @@
 #include <slipstep/private/slipmatviscosity.h>
 
 typedef struct {
-  PetscReal eta;   /* [Pa s/m] */
-  PetscBool alike; /* in all components */
-  Vec weights;     /* referenced, or with another damping across cells times its share; NULL: 1 */
+  PetscReal eta;   /* impedance [Pa s/m] */
+  PetscBool alike; /* eta is that of all components */
+  Vec weights;     /* referenced, or times the ratio of another damping across cells; NULL: 1 */
 } Radiation;
 
 static PetscErrorCode RadiationMult(Mat H, Vec x, Vec y)
@@ -36,7 +36,7 @@ static PetscErrorCode RadiationGetDiagonal(Mat H, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Weights of cells that are alike are those of K */
+/* Returns the memory, without weights that are those of K. */
 static PetscErrorCode RadiationGetInfo(Mat H, MatInfoType flag, MatInfo *info)
 {
   Radiation *r;
@@ -77,7 +77,7 @@ static PetscErrorCode RadiationDevice(Mat H, PetscBool use, PetscReal *bytes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* eta of a viscosity of this type that is the same in all components, 0 of others */
+/* Gets eta of a viscosity of this type with one eta for all components, and 0 for others. */
 PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta)
 {
   PetscBool match;
@@ -93,13 +93,13 @@ PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta)
 }
 
 /*@
-  MatCreateSlipRadiation - radiation damping, the same viscosity for every cell
+  MatCreateSlipRadiation - creates radiation damping, the same viscosity for every cell
 
   Collective
 
   Input Parameters:
 + K   - stiffness, N x N
-- eta - traction that a slip rate costs [Pa s/m], positive: G/(2 cs) of waves that leave the fault (Rice 1993)
+- eta - traction per slip rate [Pa s/m], positive: G/(2 cs) of waves that leave the fault (Rice 1993)
 
   Output Parameter:
 . H - eta times the weights of K's rows (MatSlipGetWeights()), N x N [Pa s/m], with K's distribution and K's prefix for
@@ -118,7 +118,7 @@ PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w of K's rows, or 1, and of every third row times a factor */
+/* Creates the weights of K's rows, or 1, with those of every third row times a factor. */
 static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
 {
   Vec own;
@@ -138,15 +138,15 @@ static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
 }
 
 /*@
-  MatCreateSlipRadiationOpening - radiation damping of cells that open, in their plane and across it
+  MatCreateSlipRadiationOpening - creates radiation damping of cells that open, in their plane and across it
 
   Collective
 
   Input Parameters:
 + K      - stiffness with three components a cell, 3 N x 3 N
-. eta    - traction that a slip rate costs [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault
-- across - pressure that a rate of opening costs [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional
-           waves; 0: K has other components, all with eta
+. eta    - traction per slip rate [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault
+- across - pressure per rate of opening [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional waves;
+           0: K has no opening, and all components have eta
 
   Output Parameter:
 . H - diagonal, 3 N x 3 N [Pa s/m], times the weights of K's rows

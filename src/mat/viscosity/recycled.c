@@ -1,33 +1,33 @@
 /*
-  Products H x that cost the more the more digits they are to have, for a solver's iterates x, which differ less and
-  less. Directions q_j, orthonormal, and their images H q_j are remembered, each with the error it was computed to. Of x
-  only the part that they do not cover has to be computed, to an error that is small against H x, not against the part:
-  few digits when the part is small. The same x again is free. Of a full memory the part of the last x is kept.
+  Reuse of products H x, whose cost grows with the number of digits, for a solver's iterates x, which differ less and
+  less. Orthonormal directions q_j and their images H q_j are stored, each with the error of the image. Only the part of
+  x outside of their span is computed, with an error that is small relative to H x and not to the part: a small part
+  needs few digits. The same x again needs no product. When the memory is full only the part along the last x is kept.
 
-  A solver that says so (loose > 0) gets the product of an iterate that is far from the ones before to a few digits
-  only: with the next one it is forgotten, since its error shows, and that one's product is as exact as ever. Newton's
-  first iterate of a stage is wrong in its third digit, and paying for eight is paying for nothing: at 100 x 100 a run's
-  products with H take 2250 products with K instead of 2460.
+  For a solver with loose > 0 the product of an iterate far from earlier ones has a few digits only. With the next
+  iterate it is removed, because its error would show, and that one's product has the usual accuracy. Newton's first
+  iterate of a stage is wrong in its third digit, so that eight digits of its product would be useless: at 100 x 100 a
+  run's products with H take 2250 products with K instead of 2460.
 
-  An explicit scheme asks for the rates of its steps, of which each is nearly in the span of the last ones, to the error
-  that its own allows (least).
+  An explicit scheme needs products of the rates of its steps, each of which is nearly in the span of the last ones,
+  with the error that the scheme allows (least).
 */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* Shares of the tolerance. A product from scratch takes all of it; parts that would exceed what remembered ones may be
-   wrong together are forgotten. */
-#define SLIP_RECYCLED_NEW 0.2   /* of a new direction beside others */
-#define SLIP_RECYCLED_OLD 2.0   /* of all remembered ones together */
-#define SLIP_RECYCLED_REST 1e-4 /* a rest this small against x counts as nothing */
-/* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an
-   error small against its product could be one that rounding does not allow. */
+/* Shares of the tolerance. A product without stored ones uses all of it; stored ones with which the sum would exceed
+   their common share are removed. */
+#define SLIP_RECYCLED_NEW 0.2   /* share of a new direction besides others */
+#define SLIP_RECYCLED_OLD 2.0   /* share of all stored ones together */
+#define SLIP_RECYCLED_REST 1e-4 /* a rest this small relative to x is neglected */
+/* A rest this large relative to x is computed together with the other part: |H x| does not follow from that part alone,
+   and an error that is small relative to its product could be below rounding. */
 #define SLIP_RECYCLED_WHOLE 0.7
-/* Beyond this tolerance directions need not be orthogonal to rounding. The part that they do not cover is at least
-   SLIP_RECYCLED_REST of the tolerance, so that they are to 1e-16 over 1e-10. */
+/* Above this tolerance directions need not be orthogonal to rounding. The part outside of their span is at least
+   SLIP_RECYCLED_REST times the tolerance, so that they are orthogonal to 1e-16 over 1e-10. */
 #define SLIP_RECYCLED_COARSE 1e-6
-/* A few digits are worth their products only where they spare more than this factor. */
+/* A product with few digits pays only if its tolerance is larger by more than this factor. */
 #define SLIP_RECYCLED_SPARE 100.0
 
 PetscErrorCode SlipRecycledReset(SlipRecycled *c)
@@ -42,7 +42,7 @@ PetscErrorCode SlipRecycledReset(SlipRecycled *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Removes a direction; its vectors go to the end, to be used again. */
+/* Removes a direction; its vectors go to the end and are used again. */
 static void Forget(SlipRecycled *c, PetscInt k)
 {
   const Vec q = c->q[k], image = c->image[k];
@@ -57,8 +57,8 @@ static void Forget(SlipRecycled *c, PetscInt k)
   c->image[c->n] = image;
 }
 
-/* Forgets the least accurate contributions of x = sum a_j q_j until the others keep to the error allowed together.
-   Errors of separate Lanczos processes do not know of each other: their squares add up. */
+/* Removes the least accurate contributions of x = sum a_j q_j until the error of the others together is allowed.
+   Errors of separate Lanczos processes are independent, so that their squares add up. */
 static void KeepAccurate(SlipRecycled *c, PetscReal a[], PetscReal allowed)
 {
   for (;;) {
@@ -75,7 +75,7 @@ static void KeepAccurate(SlipRecycled *c, PetscReal a[], PetscReal allowed)
   }
 }
 
-/* Makes room: one direction, x's part along all of them, takes their place; y is its image. */
+/* Makes room: x's part along all directions replaces them as one direction, whose image is y. */
 static PetscErrorCode Collapse(SlipRecycled *c, const PetscReal a[], Vec y)
 {
   PetscReal norm2 = 0, error = 0;
@@ -97,10 +97,10 @@ static PetscErrorCode Collapse(SlipRecycled *c, const PetscReal a[], Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H of the part of x that is covered accurately enough, rest = the other part; *size is |H x| as far as known. */
+/* Computes y = H times the part of x along accurate directions, and rest = the other part; *size estimates |H x|. */
 static PetscErrorCode Split(SlipRecycled *c, PetscReal tolerance, Vec x, Vec y, PetscReal *size)
 {
-  /* twice: orthogonal to rounding, however small the rest is; of few digits once */
+  /* two passes are orthogonal to rounding for any size of the rest; few digits need one */
   const int passes = tolerance > SLIP_RECYCLED_COARSE ? 1 : 2;
   const PetscInt n = c->n;
   PetscReal a[SLIP_RECYCLED_MAX], again[SLIP_RECYCLED_MAX];
@@ -123,7 +123,7 @@ static PetscErrorCode Split(SlipRecycled *c, PetscReal tolerance, Vec x, Vec y, 
     }
     PetscCall(VecMAXPY(c->rest, c->n, again, c->q));
   }
-  if (passes == 2 || c->n < n || !n) { /* else y is that already */
+  if (passes == 2 || c->n < n || !n) { /* otherwise y has it already */
     PetscCall(VecZeroEntries(y));
     if (c->n) PetscCall(VecMAXPY(y, c->n, a, c->image));
   }
@@ -131,7 +131,7 @@ static PetscErrorCode Split(SlipRecycled *c, PetscReal tolerance, Vec x, Vec y, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H x with an error of tolerance |H x|, or of loose |H x|, see above; x and y differ. Collective. */
+/* Computes y = H x with an error of tolerance |H x|, or of loose |H x|, see above; x and y differ. Collective. */
 PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProductFn product, void *ctx, Vec x, Vec y)
 {
   PetscReal whole, norm, size, allowed, relative, image;
@@ -141,7 +141,7 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
   PetscFunctionBegin;
   tolerance = PetscMax(tolerance, c->least);
   PetscCall(VecNorm(x, NORM_2, &whole));
-  if (whole == 0) { /* as solvers ask for at their start: forgets nothing */
+  if (whole == 0) { /* solvers start with it: it removes no direction */
     PetscCall(VecZeroEntries(y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -158,7 +158,7 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
   c->noise = tolerance * size;
   if (norm <= SLIP_RECYCLED_REST * tolerance * whole) PetscFunctionReturn(PETSC_SUCCESS);
 
-  /* rest / norm and its image are remembered: to a share of the tolerance beside others, to all of it alone */
+  /* rest / norm and its image are stored: with a share of the tolerance besides others, with all of it if alone */
   allowed = PetscMax(SLIP_RECYCLED_NEW * tolerance * size, c->wanted);
   relative = size > 0 ? 0 : tolerance;
   c->loosened = (PetscBool)(c->loose > 0 && !c->loosened &&
@@ -182,7 +182,7 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is remembered, for checkpoints. Collective. */
+/* Writes or reads the stored products in a checkpoint. Collective. */
 PetscErrorCode SlipRecycledState(SlipRecycled *c, Mat H, SlipState s)
 {
   PetscFunctionBegin;

@@ -1,16 +1,17 @@
 /*
-  What the spectral viscosity S misses of the exact one, H = S + D, without dense matrices of the size of the fault.
+  Computes the difference D of the exact viscosity H = S + D to the spectral one S, without dense matrices of the size
+  of the fault.
 
-  H^2 = factor^2 K =: A is known exactly, so D solves the Riccati equation S D + D S + D^2 = A - S^2, and D is positive
-  semidefinite of low numerical rank (about 4.4 nz for each mirror parity at 1e-11). In an orthonormal basis Q of D's
-  range, with T = Q'SQ, the Galerkin solution is D = Q X Q',
+  H^2 = factor^2 K =: A is given exactly, so that D solves the Riccati equation S D + D S + D^2 = A - S^2. D is positive
+  semidefinite and of low numerical rank (about 4.4 nz for each mirror parity at 1e-11). In an orthonormal basis Q of
+  D's range, with T = Q'SQ, the Galerkin solution is D = Q X Q',
 
      (T + X)^2 = T^2 + Q'(A - S^2)Q.
 
   The basis grows by random sketches of the residual R = A - (S + D)^2: to first order the error of D is the integral of
   exp(-St) R exp(-St), whose range (S + a)^-1 R (S + a)^-1 covers for a few shifts a between the ends of S's spectrum
-  (generalised Davidson; sketches as in Halko, Martinsson & Tropp 2011). The filters (S + a)^-1 are taken per
-  wavenumber. It stops when R, seen by random probes, allows no larger error of D than the tolerance.
+  (generalised Davidson; sketches as in Halko, Martinsson & Tropp 2011). The filters (S + a)^-1 are applied per
+  wavenumber. It ends when, by random probes of R, the error of D is not above the tolerance.
 */
 #include <slipmat.h>
 #include <petscblaslapack.h>
@@ -20,14 +21,14 @@
 
 #define FILTERS 4
 #define PROBES 4
-#define BATCH 32 /* fields multiplied at once: enough for level-3 BLAS, few enough for the cache */
+#define BATCH 32 /* fields that are multiplied at once: enough for level-3 BLAS, few enough for the cache */
 
 typedef struct {
   SlipCirculant strike;
   const SlipGrid *grid;
   PetscInt parity, n;         /* mirror parity, order of its block */
   PetscReal square;           /* factor^2 scale: A = square * kernel */
-  const PetscReal *blocks;    /* of S */
+  const PetscReal *blocks;    /* blocks of S */
   PetscReal *filter[FILTERS]; /* blocks of (S + a)^-1 */
   PetscInt r, room;           /* columns of the basis, and room for them */
   PetscReal *Q, *SQ;          /* [n * room] column-major */
@@ -37,7 +38,7 @@ typedef struct {
   uint64_t seed;
 } Sketch;
 
-/* C (rows x columns) = alpha op(A) B + beta C, column-major. */
+/* Computes C (rows x columns) = alpha op(A) B + beta C, column-major. */
 static PetscErrorCode Gemm(const char *transA, PetscInt rows, PetscInt columns, PetscInt inner, PetscReal alpha,
                            const PetscReal A[], PetscInt lda, const PetscReal B[], PetscInt ldb, PetscReal beta,
                            PetscReal C[], PetscInt ldc)
@@ -52,8 +53,8 @@ static PetscErrorCode Gemm(const char *transA, PetscInt rows, PetscInt columns, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Y = scale * (operator with these blocks) X for columns that are fields of one parity, [columns][n]; may be in
-   place. */
+/* Computes Y = scale * (operator with these blocks) X for columns that are fields of one parity, [columns][n]. Y may be
+   X. */
 static PetscErrorCode Multiply(Sketch *s, PetscReal scale, const PetscReal blocks[], PetscInt columns,
                                const PetscReal X[], PetscReal Y[])
 {
@@ -76,7 +77,7 @@ static PetscErrorCode Multiply(Sketch *s, PetscReal scale, const PetscReal block
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Y = (S + D) X with the D found so far. */
+/* Computes Y = (S + D) X with the D found so far. */
 static PetscErrorCode MultiplyRoot(Sketch *s, PetscInt columns, const PetscReal X[], PetscReal Y[])
 {
   PetscReal *a, *b;
@@ -92,7 +93,7 @@ static PetscErrorCode MultiplyRoot(Sketch *s, PetscInt columns, const PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Y = (A - (S + D)^2) X */
+/* Computes Y = (A - (S + D)^2) X. */
 static PetscErrorCode MultiplyResidual(Sketch *s, PetscInt columns, const PetscReal X[], PetscReal Y[])
 {
   const size_t count = (size_t)s->n * columns;
@@ -110,7 +111,7 @@ static PetscErrorCode MultiplyResidual(Sketch *s, PetscInt columns, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sketch of the residual into Y [columns][n], unit columns: every filter serves a share of the columns. */
+/* Sketches the residual in Y [columns][n], in unit columns; each filter is applied to a share of the columns. */
 static PetscErrorCode SketchResidual(Sketch *s, PetscInt columns, PetscReal Y[])
 {
   const PetscInt n = s->n;
@@ -134,7 +135,7 @@ static PetscErrorCode SketchResidual(Sketch *s, PetscInt columns, PetscReal Y[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A, r columns of old entries, gets room columns of rows entries. */
+/* Enlarges A from r columns of `old` entries to `room` columns of `rows` entries. */
 static PetscErrorCode Enlarge(PetscReal **A, PetscInt old, PetscInt r, PetscInt rows, PetscInt room)
 {
   PetscReal *grown;
@@ -163,7 +164,7 @@ static PetscErrorCode Reserve(Sketch *s, PetscInt room)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Y -= Q (Q' Y) */
+/* Computes Y -= Q (Q' Y). */
 static PetscErrorCode Deflate(Sketch *s, PetscInt columns, PetscReal Y[])
 {
   PetscReal *a;
@@ -177,7 +178,7 @@ static PetscErrorCode Deflate(Sketch *s, PetscInt columns, PetscReal Y[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The columns r ... r + columns of T and M, and their mirror images. */
+/* Computes the columns r ... r + columns of T and M, and their transposes. */
 static PetscErrorCode Project(Sketch *s, PetscInt columns)
 {
   const PetscInt n = s->n, r = s->r, all = r + columns, room = s->room;
@@ -201,7 +202,7 @@ static PetscErrorCode Project(Sketch *s, PetscInt columns)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* X = (T^2 + M)^(1/2) - T */
+/* Computes X = (T^2 + M)^(1/2) - T. */
 static PetscErrorCode SolveProjected(Sketch *s)
 {
   const PetscInt r = s->r, room = s->room;
@@ -220,7 +221,7 @@ static PetscErrorCode SolveProjected(Sketch *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One round: columns more in the basis. */
+/* Adds so many columns to the basis. */
 static PetscErrorCode Grow(Sketch *s, PetscInt columns)
 {
   PetscReal *Y;
@@ -240,7 +241,7 @@ static PetscErrorCode Grow(Sketch *s, PetscInt columns)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest |R x| / |x| over random probes. */
+/* Finds the largest |R x| / |x| of random probes. */
 static PetscErrorCode Probe(Sketch *s, PetscReal *largest)
 {
   const PetscInt n = s->n;
@@ -264,7 +265,7 @@ static PetscErrorCode Probe(Sketch *s, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Filters for shifts in geometric progression between the ends of the spectrum of S. */
+/* Creates filters for shifts in geometric progression between the ends of the spectrum of S. */
 static PetscErrorCode CreateFilters(Sketch *s, PetscReal *low, PetscReal *high)
 {
   const PetscReal *values;
@@ -296,7 +297,7 @@ static PetscErrorCode CreateFilters(Sketch *s, PetscReal *low, PetscReal *high)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* D = Q X Q' in eigenvectors, those above cutoff. */
+/* Computes D = Q X Q' in its eigenvectors, those above cutoff. */
 static PetscErrorCode Finish(Sketch *s, PetscReal cutoff, SlipLowRank *m)
 {
   PetscReal *W, *values;
@@ -315,9 +316,9 @@ static PetscErrorCode Finish(Sketch *s, PetscReal cutoff, SlipLowRank *m)
 }
 
 /*
-  D for one mirror parity, to tolerance relative to the norm of H. One process. blocks: S; square: factor^2 times the
-  scale of K. *smallest: an eigenvalue of K in the units of square; *error: what the probes saw, relative. Nothing is
-  returned in m when *smallest is not positive.
+  Computes D for one mirror parity on one process, with a tolerance relative to the norm of H. blocks: S; square:
+  factor^2 times the scale of K; *smallest: an eigenvalue of K in the units of square; *error: relative error by the
+  probes. m is empty if *smallest is not positive.
 */
 PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks[], PetscReal square,
                                     PetscReal tolerance, PetscInt parity, PetscReal *smallest, PetscReal *error,

@@ -1,11 +1,11 @@
 /*
-  Viscosity of type "slipspectral": the square root per wavenumber of the problem made periodic along strike, and for
-  the exact root also what that misses as a low-rank part for each mirror parity (exact.c).
+  Viscosity of type "slipspectral": the square root per wavenumber of the problem made periodic along strike. For the
+  exact root the difference to it is a low-rank part for each mirror parity (exact.c).
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* The rows of cells that this process works on: all of them, or its share. */
+/* Gets the rows of cells on which this process works: all rows, or its share. */
 void SlipSpectralRows(SlipSpectral *c, PetscInt *start, PetscInt *rows)
 {
   SlipTransposedFFT pencil = SlipCirculantPencil(c->strike);
@@ -16,8 +16,8 @@ void SlipSpectralRows(SlipSpectral *c, PetscInt *start, PetscInt *rows)
   *rows = pencil ? pencil->layout.rows : g->nz;
 }
 
-/* y += low-rank part of the viscosity, its terms above cutoff, times x, whole fields or this rank's rows of them.
-   Collective. */
+/* Adds to y the low-rank part of the viscosity, its terms above cutoff, times x; both are whole fields or this rank's
+   rows of them. Collective. */
 PetscErrorCode SlipSpectralAddCorrection(Mat H, PetscReal cutoff, const PetscReal x[], PetscReal y[])
 {
   SlipSpectral *c;
@@ -41,7 +41,7 @@ PetscErrorCode SlipSpectralAddCorrection(Mat H, PetscReal cutoff, const PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks of the spectral part [Pa s/m] when H is of this type, else NULL. */
+/* Gets the blocks of the spectral part [Pa s/m] if H is of this type, otherwise NULL. */
 PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipCirculant *strike, const PetscReal **blocks)
 {
   SlipSpectral *c;
@@ -58,7 +58,7 @@ PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipCirculant *strike, const PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H x; of an increment, whose product need not be so exact, with fewer terms of the low-rank part. */
+/* Computes y = H x; the product of an increment, which needs less accuracy, has fewer terms of the low-rank part. */
 static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
   Mat H = (Mat)ctx;
@@ -91,7 +91,7 @@ static PetscErrorCode SpectralMult(Mat H, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Diagonal entry of the low-rank part at cell (ix, iz). */
+/* Returns the diagonal entry of the low-rank part at cell (ix, iz). */
 static PetscReal CorrectionDiagonal(SlipSpectral *c, PetscInt nx, PetscInt ix, PetscInt iz)
 {
   const PetscInt rx = PetscMin(ix, nx - 1 - ix);
@@ -108,7 +108,8 @@ static PetscReal CorrectionDiagonal(SlipSpectral *c, PetscInt nx, PetscInt ix, P
   return sum;
 }
 
-/* Diagonal of the spectral part at every depth: the mean over all wavenumbers. Collective where they are shared. */
+/* Computes the diagonal of the spectral part at every depth: the mean over all wavenumbers. Collective if these are
+   distributed. */
 static PetscErrorCode BlocksDiagonal(SlipSpectral *c, MPI_Comm comm, PetscReal sum[])
 {
   SlipTransposedFFT pencil = SlipCirculantPencil(c->strike);
@@ -208,7 +209,7 @@ static PetscErrorCode SpectralDestroy(Mat H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks of factor * sqrt(scale * K). */
+/* Computes the blocks of factor * sqrt(scale * K). */
 PetscErrorCode SlipSpectralRootBlocks(SlipCirculant strike, PetscReal factor, PetscReal scale, PetscReal **blocks)
 {
   const SlipGrid *g;
@@ -227,7 +228,7 @@ PetscErrorCode SlipSpectralRootBlocks(SlipCirculant strike, PetscReal factor, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest eigenvalue of the spectral part. Collective. */
+/* Computes the largest eigenvalue of the spectral part. Collective. */
 PetscErrorCode SlipSpectralNorm(MPI_Comm comm, SlipSpectral *c, PetscReal factor, PetscReal scale, PetscReal *norm)
 {
   const SlipGrid *g;
@@ -253,7 +254,7 @@ PetscErrorCode SlipSpectralState(Mat H, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* factor * sqrt(scale * K) per wavenumber; H of type "slipspectral" without a low-rank part. */
+/* Creates H = factor * sqrt(scale * K) per wavenumber, of type "slipspectral" without a low-rank part. */
 PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H)
 {
   const SlipShellOps ops = {.mult = SpectralMult,

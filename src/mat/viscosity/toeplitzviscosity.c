@@ -1,5 +1,5 @@
 /* Viscosity of type "sliptoeplitz": the square root on an endless plane, mirrored at the free surface, see
-   toeplitz_root.c. Off by a few per cent along the fault's edges; a product costs as much as one with the stiffness. */
+   toeplitz_root.c. Its error is a few per cent along the fault's edges; a product costs as much as one of K. */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
@@ -7,7 +7,7 @@
 typedef struct {
   Mat K; /* referenced: owns the plane */
   SlipToeplitz plane;
-  PetscReal factor; /* of the unscaled kernel's root */
+  PetscReal factor; /* factor of the unscaled kernel's root */
 } PlaneContext;
 
 static PetscErrorCode PlaneMult(Mat H, Vec x, Vec y)

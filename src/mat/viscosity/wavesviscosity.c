@@ -1,20 +1,20 @@
 /*
-  Viscosity of type "slipwaves": the square root per wavenumber along strike of the problem made periodic, as
-  "slipspectral" has it in blocks, but without blocks. Each wavenumber's field in depth is multiplied by a Lanczos
-  process of its own (lanczos.c), whose matrix is that of toeplitz.c at this wavenumber; short wavelengths are
-  well-conditioned and carry little, so that most processes end after a few steps.
+  Viscosity of type "slipwaves": the square root per wavenumber along strike of the problem made periodic, the same as
+  "slipspectral" but without blocks. A Lanczos process (lanczos.c) multiplies each wavenumber's field in depth with the
+  matrix of toeplitz.c at this wavenumber. Short wavelengths are well-conditioned and small, so that most processes end
+  after a few steps.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-#define WAVES_MAX 600            /* steps of one process */
+#define WAVES_MAX 600            /* most steps of one process */
 #define WAVES_ORTHOGONAL_MAX 128 /* cells in depth up to which the basis is reorthogonalised: it then ends by itself */
-#define WAVES_SHARE 6            /* one over the share of the steps so far between looks at the convergence */
-#define WAVES_BYTES 24.0         /* that blocks would take for each pair of cells in depth at each of nx wavenumbers */
+#define WAVES_SHARE 6            /* all steps so far over the steps between convergence tests */
+#define WAVES_BYTES 24.0         /* bytes of blocks for each pair of cells in depth at each of nx wavenumbers */
 #define WAVES_TOL 1e-12          /* relative tolerance of a product */
-/* Changes of coefficients that rounding makes, against the root of the largest entry of T: eigenvalues are good to
-   1e-16 of the largest, their roots to (condition number)^(1/2), a few tens, times that. */
+/* Changes of coefficients by rounding, over the root of the largest entry of T: eigenvalues have an error of 1e-16 of
+   the largest one, and their roots (condition number)^(1/2), a few tens, times that. */
 #define WAVES_ROUNDING 1e-14
 
 typedef struct {
@@ -22,7 +22,7 @@ typedef struct {
   SlipToeplitz plane;
   PetscReal scale, factor; /* H = factor (scale kernel)^(1/2) */
   PetscInt nz;
-  PetscInt max;                       /* steps, and basis vectors */
+  PetscInt max;                       /* most steps and basis vectors */
   PetscReal *basis;                   /* [max + 1][nz] complex */
   PetscReal *alpha, *beta, *c, *last; /* [max] */
   SlipRecycled increment;
@@ -41,7 +41,7 @@ static void Axpy(PetscInt n, PetscReal factor, const PetscReal x[], PetscReal y[
   for (PetscInt i = 0; i < n; i++) y[i] += factor * x[i];
 }
 
-/* Next basis vector and entries of T. The matrix is real, so the dots of a Hermitian process are real ones of pairs. */
+/* Computes the next basis vector and entries of T. As the matrix is real, products of complex vectors are real ones. */
 static PetscErrorCode Step(WavesContext *w, PetscInt k, PetscInt m)
 {
   const PetscInt n = 2 * w->nz;
@@ -63,9 +63,9 @@ static PetscErrorCode Step(WavesContext *w, PetscInt k, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* f = (scale kernel)^(1/2) f at local wavenumber k, with an error of at most allowed. With A the operator and f of
-   norm 1 the first coefficient is alpha^(1/2) = |A^(1/2) f|, and f.A^(1/2) f > 0: it is off by at most 2^(1/2) times
-   that, so that what is negligible takes one step. */
+/* Computes f = (scale kernel)^(1/2) f at local wavenumber k, with an error of at most allowed. Where A is the operator
+   and f has norm 1, the first coefficient is alpha^(1/2) = |A^(1/2) f|, and f.A^(1/2) f > 0: its error is at most
+   2^(1/2) times that, so that negligible fields take one step. */
 static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed, PetscReal f[])
 {
   const PetscInt n = 2 * w->nz;
@@ -97,7 +97,7 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The error that is allowed, relative to the approximate root's product. */
+/* Computes the allowed error, relative to the approximate root's product. */
 static PetscErrorCode Allowed(WavesContext *w, PetscReal relative, Vec x, Vec y, PetscReal *allowed)
 {
   const SlipToeplitzSymbol *root;
@@ -111,7 +111,7 @@ static PetscErrorCode Allowed(WavesContext *w, PetscReal relative, Vec x, Vec y,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* y = H x. Half of the padded row's wavenumbers, each standing for two, carry its squares: 2 sum_k |e_k|^2 / P is at
+/* Computes y = H x. As half of the padded row's wavenumbers stand for two each, its square is 2 sum_k |e_k|^2 / P, at
    most the square of the largest |e_k|. */
 static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
@@ -141,7 +141,7 @@ static PetscErrorCode WavesMult(Mat H, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* That of the approximate root: close, as preconditioners need. */
+/* Gets the diagonal of the approximate root, which is accurate enough for preconditioners. */
 static PetscErrorCode WavesGetDiagonal(Mat H, Vec d)
 {
   WavesContext *w;
@@ -210,7 +210,7 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The spectral viscosity, by blocks or without: the option, or blocks while they take little memory. */
+/* Creates the spectral viscosity with blocks or without: by the option, or with blocks if these take little memory. */
 PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H)
 {
   const char *const choices[] = {"auto", "blocks", "lanczos"};
