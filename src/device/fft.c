@@ -1,4 +1,4 @@
-/* Transforms on the device by VkFFT, a header that writes and compiles kernels for the lengths that it is given. */
+/* Transforms on the device by VkFFT, a header that generates and compiles kernels for given lengths. */
 #define CL_TARGET_OPENCL_VERSION 120
 #define VKFFT_BACKEND 3 /* OpenCL */
 #include <vkFFT.h>

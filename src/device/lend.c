@@ -1,6 +1,6 @@
-/* Vectors of a device that computes in the processor's memory, lent to the processor without a copy. To wait for the
-   device takes pocl 20 microseconds or more, so that several are lent at once: its queue is worked off in order, and
-   the last one alone has to wait. */
+/* Access of the processor, without a copy, to vectors of a device that computes in the processor's memory. Waiting for
+   the device takes 20 microseconds or more with pocl, so that several vectors are mapped at once: its queue is in
+   order, and only the last one has to wait. */
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
@@ -10,7 +10,7 @@
 typedef struct {
   Vec host; /* a VECSEQ without an array */
   SlipDeviceMemory memory;
-  PetscReal *array; /* the array that it has while it is lent */
+  PetscReal *array; /* its array while the processor has access */
 } Lent;
 
 static PetscErrorCode Destroy(SlipContainerArg arg)

@@ -1,4 +1,4 @@
-/* In place of opencl.c and fft.c where the library is built without OpenCL: there is no device, so that nothing but
+/* Replaces opencl.c and fft.c if the library is built without OpenCL. There is no device then, so that only
    SlipDeviceOpen() is ever called. */
 #include <slipcompat.h>
 #include <slipsys.h>

@@ -1,4 +1,4 @@
-/* The device of the process by OpenCL: which one, its context and queue, its kernels and its memory. */
+/* The device of the process by OpenCL: its choice, its context and queue, its kernels and its memory. */
 #define _POSIX_C_SOURCE 200809L /* sigaction(), pthread_sigmask() */
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
@@ -15,17 +15,17 @@ enum { MOST_PLATFORMS = 16, MOST_DEVICES = 16, NAME = 128, GROUPS = 64, ITEMS = 
 struct _n_SlipDevice {
   SlipDeviceOpenCL cl;
   char asked[NAME], name[NAME], platform[NAME];
-  size_t bytes, most, largest; /* in use, of the device, and of one array */
-  PetscBool shares;            /* the processor's memory */
+  size_t bytes, most, largest; /* bytes in use, of the device, and of the largest array */
+  PetscBool shares;            /* it computes in the processor's memory */
   cl_program program;
   cl_kernel kernel[DEVICE_NUM_KERNELS];
-  SlipDeviceMemory room, result; /* of reductions */
+  SlipDeviceMemory room, result; /* work and results of reductions */
 };
 
 static SlipDevice opened = NULL;
 static SlipDeviceTraffic traffic;
 
-/* All files of kernels, one behind the other */
+/* All files of kernels, one after the other */
 static const char source[] = {
 #include "slipkernels.inc"
 };
@@ -33,7 +33,7 @@ static const char source[] = {
 #define NAME_OF(place, name) #name,
 static const char *const KernelNames[DEVICE_NUM_KERNELS] = {SLIP_DEVICE_KERNELS(NAME_OF)};
 
-/* What went wrong, for those errors that a user meets */
+/* Returns a text for errors that users may see. */
 static const char *Meaning(cl_int error)
 {
   static const struct {
@@ -78,7 +78,7 @@ const SlipDeviceOpenCL *SlipDeviceGetOpenCL(SlipDevice device)
   return &device->cl;
 }
 
-/* ---- which one ---- */
+/* ---- the choice of the device ---- */
 
 typedef struct {
   cl_platform_id platform[MOST_PLATFORMS * MOST_DEVICES];
@@ -86,7 +86,7 @@ typedef struct {
   PetscInt n;
 } Devices;
 
-/* All of them, in the order of clinfo -l */
+/* Lists all devices in the order of clinfo -l. */
 static void ListDevices(Devices *all)
 {
   cl_platform_id platforms[MOST_PLATFORMS];
@@ -129,7 +129,7 @@ static PetscBool HasDoubles(cl_device_id device)
   return doubles ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* -1: none has that name or number */
+/* Finds a device by name or number; -1: there is none. */
 static PetscInt Find(const Devices *all, const char wanted[])
 {
   char name[NAME], platform[NAME], *end;
@@ -181,7 +181,7 @@ static PetscErrorCode Choose(MPI_Comm comm, const char asked[], const char wante
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- its life ---- */
+/* ---- creation and destruction ---- */
 
 static PetscErrorCode Build(MPI_Comm comm, SlipDevice device)
 {
@@ -225,7 +225,7 @@ static PetscErrorCode Open(MPI_Comm comm, const char asked[], const char wanted[
   PetscCall(Build(comm, device));
   PetscCall(SlipDeviceAllocate(device, sizeof(PetscReal) * GROUPS * DEVICE_MAX_RESULTS, "reductions", &device->room));
   PetscCall(SlipDeviceAllocate(device, sizeof(PetscReal) * DEVICE_MAX_RESULTS, "reductions", &device->result));
-  { /* the first kernel: a compiler that is made ready now meets signals as they were */
+  { /* run a first kernel, so that the compiler is set up now, with the present handlers of signals */
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(zero), SLIP_DEVICE_ARG(device->result)};
 
     PetscCall(SlipDeviceRun(device, KERNEL_SET, 1, 1, 3, args));
@@ -260,8 +260,8 @@ static PetscErrorCode Close(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drivers bring compilers along, which install handlers for some fifteen signals at their first use, and threads, in
-   which signals of the process would arrive: neither is to change what signals do. */
+/* The compilers of drivers install handlers for about fifteen signals at their first use, and start threads to which
+   signals of the process could be delivered. Neither must change the effect of signals. */
 typedef struct {
   struct sigaction handler[32];
   PetscBool known[32];

@@ -1,8 +1,8 @@
-/* Loops over arrays as kernels: a kernel that takes the number of items, numbers, and the arrays in the order of the
-   list by which the processor's own loop gets them. */
+/* Runs loops over arrays as kernels. The arguments of a kernel are the number of items, numbers, and the arrays, in the
+   order of the list from which the processor's own loop gets them. */
 #include <slipstep/private/slipdevice.h>
 
-/* Are all of them on the device? Those that are NULL do not count. */
+/* Returns whether all arrays are on the device; arrays that are NULL do not count. */
 PetscBool SlipDeviceArraysAre(PetscInt n, const SlipArrays list[])
 {
   PetscBool all = PETSC_TRUE;
@@ -12,8 +12,8 @@ PetscBool SlipDeviceArraysAre(PetscInt n, const SlipArrays list[])
   return all;
 }
 
-/* Of an array that is NULL the kernel gets the first one, which it leaves alone. Results as of SlipDeviceReduce(), 0 of
-   a kernel without. */
+/* Runs a kernel. It gets the first array for each array that is NULL, and must not use that. Results are those of
+   SlipDeviceReduce(); a kernel without results has 0. */
 PetscErrorCode SlipDeviceArraysRun(SlipDeviceKernel kernel, PetscInt items, PetscInt numbers, const PetscReal number[],
                                    PetscInt n, const SlipArrays list[], PetscInt results, PetscInt sums,
                                    PetscReal result[])

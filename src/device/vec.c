@@ -1,12 +1,12 @@
-/* VECSLIPOPENCL: a vector on the device, with a mirror on the processor. It is a VECSEQ whose array is the mirror and
-   whose operations are done where the numbers are: those that integrators and controllers need on the device, the
-   others by VECSEQ's own, whose arrays come by VecGetArray() and the like from here. */
+/* VECSLIPOPENCL: a vector on the device, with a mirror on the processor. It is a VECSEQ whose array is the mirror. The
+   operations that integrators and controllers need are computed on the device; all others are VECSEQ's own, which
+   access the array by VecGetArray() and similar functions of this file. */
 #include <petsc/private/vecimpl.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 
-/* Which of the two are valid */
+/* Which of mirror and device are valid */
 enum { MIRROR = 1, DEVICE = 2 };
 
 /* Composed with the vector, as its data are VECSEQ's */
@@ -18,7 +18,7 @@ typedef struct {
 } VecOnDevice;
 #define DATA "SlipDeviceVec"
 
-static struct _VecOps seq; /* of VECSEQ */
+static struct _VecOps seq; /* operations of VECSEQ */
 
 static PetscErrorCode VecGetArray_SlipOpenCL(Vec x, PetscScalar **a);
 
@@ -27,7 +27,7 @@ PetscBool SlipDeviceVecIs(Vec x)
   return x && x->ops->getarray == VecGetArray_SlipOpenCL ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Of one of ours */
+/* Returns the data of a vector of this type. */
 static VecOnDevice *Data(Vec x)
 {
   VecOnDevice *v = NULL;
@@ -143,7 +143,7 @@ static PetscErrorCode VecResetArray_SlipOpenCL(Vec x)
 
 /* ---- sums of vectors ---- */
 
-/* y = c z + the sum of m vectors times their factors; all are ours, and z may be y */
+/* Computes y = c z + the sum of m vectors times their factors; all are of this type, and z may be y. */
 static PetscErrorCode Combine(Vec y, PetscReal c, Vec z, PetscInt m, const PetscReal a[], const Vec x[])
 {
   VecOnDevice *v = Data(y);
@@ -272,7 +272,7 @@ static PetscErrorCode VecMAXPY_SlipOpenCL(Vec y, PetscInt m, const PetscScalar a
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w of x and y, by a kernel of three arrays */
+/* Computes w from x and y by a kernel of three arrays. */
 static PetscErrorCode Pointwise(SlipDeviceKernel kernel, Vec w, Vec x, Vec y)
 {
   const int n = (int)w->map->n;
@@ -310,7 +310,7 @@ static PetscErrorCode VecPointwiseDivide_SlipOpenCL(Vec w, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Component `start` of x, of which it has as many as a block, into y, or back from y into x */
+/* Copies component `start` of the blocks of x to y, or back from y to x. */
 static PetscErrorCode Stride(SlipDeviceKernel kernel, Vec x, PetscInt start, Vec y)
 {
   const int n = (int)y->map->n, step = (int)x->map->bs, first = (int)start;
@@ -358,7 +358,7 @@ static PetscErrorCode VecStrideScatter_SlipOpenCL(Vec y, PetscInt start, Vec x, 
 
 /* ---- numbers ---- */
 
-/* A result of x and y by a kernel of both */
+/* Computes a result of x and y by a kernel of both. */
 static PetscErrorCode Number(SlipDeviceKernel kernel, Vec x, Vec y, PetscReal *result)
 {
   const int n = (int)x->map->n;
@@ -389,7 +389,7 @@ static PetscErrorCode VecMDot_SlipOpenCL(Vec x, PetscInt m, const Vec y[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of x, |x| and x^2, and the largest |x| */
+/* Computes the sums of x, |x| and x^2, and the largest |x|. */
 static PetscErrorCode Norms(Vec x, PetscReal result[4])
 {
   const int n = (int)x->map->n;

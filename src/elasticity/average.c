@@ -2,7 +2,7 @@
   Stress drop of a rectangular strike-slip dislocation averaged over a receiving rectangle of a parallel vertical plane.
 
   The density of dislocation_offset.c is integrated in x, c and z, over source and receiver. The integral is a sum over
-  the corners of both, the signs sx, tx, sz, tz = +-1 of a corner multiplied, of
+  the corners of both, times the signs sx, tx, sz, tz = +-1 of each corner, of
 
      direct     -(1 - nu) Q(x, rho) - P(s, r) + y^2 R / r^2                     of x and s = z - c,
      image   -[ -(1 - nu) Q(x, rho) - (3 - 4 nu) (P(w, r) - y^2 / (R + w)) - 4 (1 - nu)(1 - 2 nu) g4
@@ -10,20 +10,20 @@
 
      P(s, r) = |s| ln((|s| + R) / r) - R     with d_ss P = 1 / R,     Q(x, rho) = P with x for s, rho for r,
 
-  r^2 = x^2 + y^2, rho^2 = y^2 + s^2, R^2 = r^2 + s^2, and g2, g3, g4 the antiderivatives in w, of their order, of
-  g0 = d_yy (1 / R): of a function z c g0(z + c) the antiderivative in z and c is z c g2 - w g3 + g4.
+  with r^2 = x^2 + y^2, rho^2 = y^2 + s^2, R^2 = r^2 + s^2, and g2, g3, g4 the second, third and fourth antiderivatives
+  in w of g0 = d_yy (1 / R): the antiderivative of z c g0(z + c) in z and c is z c g2 - w g3 + g4.
 
   Where an edge of the source lies on one of the receiver (x = 0 or s = 0 on y = 0) the average does not exist: the
-  traction falls as 1 / distance on both sides of an edge, and its integral grows as the logarithm of the distance. It
-  is what a dislocation's line energy is, and treated as there: the edge has a core, r or rho of its lines is the core
-  and not 0. Cores belong to lines, whose energy is that of the jump of slip across them, so that the average stays
-  exactly symmetric and the sum over the parts of a cell is that of the whole.
+  traction decreases as 1 / distance on both sides of an edge, and its integral grows as the logarithm of the distance.
+  This is the line energy of a dislocation, and has the same treatment: the edge has a core, which replaces r = 0 or
+  rho = 0 on its lines. Cores belong to lines, whose energy is that of the jump of slip across them, so that the average
+  is exactly symmetric and the sum over the parts of a cell is that of the whole.
 */
 #include <slipstep/private/slipelasticity.h>
 
-/* So many of its sides away from the other rectangle the smaller one is integrated by quadrature, of FAR_POINTS^2: off
-   by (4 FAR_SIDES)^(-2 FAR_POINTS) = 1e-12 of the entry, where corners lose as many digits, and more of them farther
-   away. */
+/* Distance of two rectangles, in sides of the smaller one, above which that is integrated by quadrature with
+   FAR_POINTS^2 points. The error is (4 FAR_SIDES)^(-2 FAR_POINTS) = 1e-12 of the entry; the sum over corners loses as
+   many digits there, and more farther away. */
 #define FAR_SIDES 8
 #define FAR_POINTS 4
 
@@ -32,13 +32,13 @@ static const PetscReal FarNode[FAR_POINTS] = {-0.43056815579702629, -0.169990521
 static const PetscReal FarWeight[FAR_POINTS] = {0.17392742256872684, 0.3260725774312731, 0.3260725774312731,
                                                 0.17392742256872684};
 
-/* A line along t on which a corner lies: its distance, or its core where it goes through the receiver's edge. */
+/* Returns the distance of a line along t on which a corner lies, or its core if it goes through the receiver's edge. */
 static PetscReal LineDistance(PetscReal u, PetscReal y, PetscReal core)
 {
   return u == 0 && y == 0 ? core : PetscSqrtReal(u * u + y * y);
 }
 
-/* |t| ln((|t| + R) / distance) - R */
+/* Returns |t| ln((|t| + R) / distance) - R. */
 static PetscReal Line(PetscReal t, PetscReal distance, PetscReal R)
 {
   const PetscReal s = PetscAbsReal(t);
@@ -46,8 +46,8 @@ static PetscReal Line(PetscReal t, PetscReal distance, PetscReal R)
   return s > 0 ? s * PetscLogReal((s + R) / distance) - R : -R;
 }
 
-/* Differences of the corners of two intervals whose centres are d apart; one within touch of 0 is 0. The same two
-   come out once, of weight -2. */
+/* Computes the differences of the corners of two intervals whose centres are d apart; a difference below touch is 0.
+   Two equal ones are returned once, with the weight -2. */
 static PetscInt Differences(PetscReal d, PetscReal a, PetscReal b, PetscReal touch, PetscReal value[4],
                             PetscReal weight[4])
 {
@@ -69,12 +69,12 @@ static PetscInt Differences(PetscReal d, PetscReal a, PetscReal b, PetscReal tou
   return n;
 }
 
-/* Two rectangles, as their corners see each other. */
+/* Two rectangles and the differences of their corners */
 typedef struct {
   PetscInt nx;
   PetscReal x[4], weight[4], y;
-  PetscReal core[2]; /* of edges in depth, across which x goes, and of those along strike */
-  PetscReal touch;   /* [m] */
+  PetscReal core[2]; /* cores of edges in depth, which x crosses, and of edges along strike */
+  PetscReal touch;   /* smaller differences are 0 [m] */
 } Pair;
 
 static PetscReal Direct(const Pair *p, PetscReal nu, PetscReal s)
@@ -90,8 +90,8 @@ static PetscReal Direct(const Pair *p, PetscReal nu, PetscReal s)
   return sum;
 }
 
-/* The image's terms without the product of the two depths, and the factor of that. Where R = 0, on the surface, the
-   product is 0 and its factor is left out. */
+/* Computes the image's terms without the product of the two depths, and the factor of that product. Where R = 0, on the
+   surface, the product is 0 and its factor is left out. */
 static void Image(const Pair *p, PetscReal nu, PetscReal w, PetscReal *rest, PetscReal *product)
 {
   *rest = *product = 0;
@@ -122,7 +122,7 @@ static PetscReal DirectSum(const Pair *p, PetscReal nu, PetscReal dz, PetscReal 
   return sum;
 }
 
-/* part[0] - z_i z_j part[1] is the image's sum for rectangles centred at the depths z_i and z_j. */
+/* Computes the image's sum for rectangles centred at the depths z_i and z_j as part[0] - z_i z_j part[1]. */
 static void ImageSums(const Pair *p, PetscReal nu, PetscReal z, PetscReal b, PetscReal z_source, PetscReal b_source,
                       PetscReal part[2])
 {
@@ -153,7 +153,7 @@ static void PairOf(PetscReal dx, PetscReal dy, PetscReal a, PetscReal b, PetscRe
   p->nx = Differences(dx, a, a_source, p->touch, p->x, p->weight);
 }
 
-/* Of a rectangle from the centre of another one */
+/* Returns the distance of a rectangle from the centre of another one. */
 static PetscReal Distance(const SlipRectangle *from, const SlipRectangle *to)
 {
   const PetscReal x = PetscMax(0, PetscAbsReal(to->x - from->x) - 0.5 * to->length);
@@ -162,7 +162,7 @@ static PetscReal Distance(const SlipRectangle *from, const SlipRectangle *to)
   return PetscSqrtReal(x * x + PetscSqr(to->y - from->y) + z * z);
 }
 
-/* The force on the receiver by quadrature over it; its partner is the larger one, whose stress is exact. */
+/* Computes the force on the receiver by quadrature over it; the other, larger rectangle has exact stress. */
 static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, const SlipRectangle *s,
                           PetscBool full_space)
 {
@@ -177,7 +177,7 @@ static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, con
 }
 
 /*@
-  SlipKernelAverage - stress drop averaged over a receiving rectangle for unit strike slip on another one
+  SlipKernelAverage - computes the average stress drop over a receiving rectangle for unit strike slip on another one
 
   Not collective, pure
 
@@ -193,12 +193,12 @@ static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, con
 
   Notes:
   Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that both
-  have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
-  instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free
-  surface cancel with those of the image.
+  share would add an infinite term, the logarithm of the distance from the edge; such a line therefore has a core, for
+  example of SLIP_CORE_CELL cells. The average of rectangles without such a line does not depend on it. Edges at the
+  free surface cancel with those of the image.
 
   A rectangle that is more than 8 of its sides away from a larger one is integrated by quadrature, to 1e-12 of the
-  value, as the corners' sum loses its digits there.
+  value, because the sum over corners loses digits there.
 
   Level: intermediate
 
@@ -225,8 +225,8 @@ PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *rece
 }
 
 /*
-  SlipAverageSurface_Private - the free surface's share of it, part[0] - z_i z_j part[1] for cells at the depths z_i,
-  z_j; the parts are functions of dx and of the sum of the two depths only
+  SlipAverageSurface_Private - computes the free surface's part of the average, part[0] - z_i z_j part[1] for cells at
+  the depths z_i, z_j; the parts are functions of dx and of the sum of the two depths only
 */
 void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal depth_sum,
                                 PetscReal a, PetscReal b, PetscReal part[2])
@@ -256,8 +256,8 @@ void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, Petsc
 }
 
 /*
-  SlipAverageEdge_Private - what one edge of a cell adds to its own SlipKernelAverage() [Pa/m] where its core is not the
-  one that was used but ratio times that, along share of the edge; normal is the cell's extent across the edge
+  SlipAverageEdge_Private - computes what one edge of a cell adds to the cell's SlipKernelAverage() on itself [Pa/m] if
+  the core along share of the edge is ratio times the one that was used; normal is the cell's extent across the edge
 */
 PetscReal SlipAverageEdge_Private(const SlipKernel *k, PetscBool along_strike, PetscReal normal, PetscReal share,
                                   PetscReal ratio)

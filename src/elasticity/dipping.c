@@ -15,8 +15,8 @@
      8 pi G G_ij = (Kelvin) + 2 delta_ij/R - (2 - a) m_i m_j R_ij - 2 (1 - 2 nu) m_i chi_ij
                    + 2 z m_j ((2 - a) (delta_j3 d_i - delta_i3 d_j) - a c d_ij) 1/R.
 
-  M applied to the source's coordinates gives what is to be added, with V, q, n and b those of the image, its normal and
-  slip mirrored, n' and b' their parts in the image's own directions, and X as in dipping_surface.c:
+  M applied to the source's coordinates gives the field to be added, where V, q, n and b are those of the image, with
+  mirrored normal and slip, n' and b' are their parts in the image's own directions, and X is that of dipping_surface.c:
 
      4 pi u_i = m_i J_i + z Z_i,      J_i = -b_i V_n + (1 - a) (n_i U - b_n V_i) + (2 - a) q U_i + F_i, Z_i = 4 (1 - a)
      delta_i3 U_n + 2 T_i - 2 a z U_ni, T_i = -b_3 V_ni - (1 - a) n_3 U_i + a (n_i U_3 + q U_3i) + (1 - a) b_n V_3i, F =
@@ -27,13 +27,13 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipdipping.h>
 
-/* V's derivatives at a point, and those along the slip; without the missing ones. */
+/* V's derivatives at a point, and those along the slip, as far as they were computed */
 typedef struct {
   PetscReal U1[3], U2[5], U3[7];
   PetscReal V1[3], V2[5], V3[7];
 } Derivatives;
 
-/* The derivative along e of a tensor of the second, third and fourth order. */
+/* Computes the derivative along e of a tensor of the second, third and fourth order. */
 SLIP_WITHIN void Along2(const PetscReal v[5], const PetscReal e[3], PetscReal d[3])
 {
   d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
@@ -71,7 +71,7 @@ SLIP_WITHIN void Matrix(const PetscReal v[5], PetscReal m[3][3])
   m[2][2] = -v[0] - v[3];
 }
 
-/* Of the point k; from the orders lowest to highest of V. */
+/* Computes the derivatives at point k from V's derivatives of the orders lowest to highest. */
 SLIP_WITHIN void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscReal b[3], PetscInt lowest,
                                PetscInt highest, Derivatives *d)
 {
@@ -88,7 +88,7 @@ SLIP_WITHIN void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscRe
   Along4(fourth, b, d->U3);
 }
 
-/* From the image's directions to x, y, z; those of the rectangle come out mirrored. */
+/* Rotates v from the image's directions to x, y, z, and from those of the rectangle to the mirrored ones. */
 SLIP_WITHIN void Turn(const PetscReal slope[2], PetscReal v[3])
 {
   const PetscReal t = v[1], q = v[2];
@@ -108,7 +108,7 @@ SLIP_WITHIN void TurnBoth(const PetscReal slope[2], PetscReal m[3][3])
   }
 }
 
-/* -b_i V_n + sign (1 - a) (n_i U - b_n V_i) + factor q U_i, of the rectangle (-1, a) and of the image (1, 2 - a) */
+/* Computes -b_i V_n + sign (1 - a) (n_i U - b_n V_i) + factor q U_i, for the rectangle (-1, a) or image (1, 2 - a). */
 static void Displacement(const SlipDipping *s, const Derivatives *d, PetscReal q, PetscReal sign, PetscReal factor,
                          PetscReal u[3])
 {
@@ -118,7 +118,7 @@ static void Displacement(const SlipDipping *s, const Derivatives *d, PetscReal q
   u[2] += c * (s->b[0] * d->V1[0] + s->b[1] * d->V1[1] + s->b[2] * d->V1[2]);
 }
 
-/* Its derivatives, g[i][l] of u_i along l */
+/* Computes its derivatives, g[i][l] of u_i along l. */
 SLIP_WITHIN void Gradient(const SlipDipping *s, const Derivatives *d, PetscReal q, PetscReal sign, PetscReal factor,
                           PetscReal g[3][3])
 {
@@ -135,7 +135,7 @@ SLIP_WITHIN void Gradient(const SlipDipping *s, const Derivatives *d, PetscReal 
   }
 }
 
-/* Z_i in the image's directions; down: the direction z in them */
+/* Computes Z_i in the image's directions; down is the direction z in them. */
 SLIP_WITHIN void Deep(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q, PetscReal z,
                       PetscReal Z[3])
 {
@@ -154,7 +154,7 @@ SLIP_WITHIN void Deep(const SlipDipping *s, const Derivatives *d, const PetscRea
            2 * a * z * Un[i];
 }
 
-/* The derivatives of z Z_i */
+/* Computes the derivatives of z Z_i. */
 SLIP_WITHIN void DeepGradient(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q,
                               PetscReal z, PetscReal g[3][3])
 {
@@ -179,7 +179,7 @@ SLIP_WITHIN void DeepGradient(const SlipDipping *s, const Derivatives *d, const 
                                       2 * a * (normal[i] * Uz[l] + normal[l] * Uz[i]));
 }
 
-/* What depends on the sources, of some points */
+/* The data of sources, in lanes of points */
 typedef struct {
   PetscReal b[3][SLIP_LANES], slope[2][SLIP_LANES], a[SLIP_LANES];
 } Sources;
@@ -190,7 +190,7 @@ SLIP_WITHIN SlipDipping SourceOf(const Sources *of, PetscInt k)
     .b = {of->b[0][k], of->b[1][k], of->b[2][k]}, .slope = {of->slope[0][k], of->slope[1][k]}, .a = of->a[k]};
 }
 
-/* The gradient by the sources, whose slope is that of their images: z and up change their sign */
+/* Computes the gradient by the sources. Their slope is that of their images: z and up change their sign. */
 SLIP_WIDE static void Gradients(PetscInt n, const Sources *of, const PetscReal q[], const SlipPotential *v,
                                 PetscReal out[restrict 9][SLIP_LANES])
 {
@@ -208,7 +208,7 @@ SLIP_WIDE static void Gradients(PetscInt n, const Sources *of, const PetscReal q
   }
 }
 
-/* What the images add to it; rest: of X */
+/* Adds the gradient by the images; rest is the part of X. */
 SLIP_WIDE static void AddGradients(PetscInt n, const Sources *of, const PetscReal q[], const PetscReal z[],
                                    const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES],
                                    PetscReal out[restrict 9][SLIP_LANES])
@@ -233,7 +233,7 @@ SLIP_WIDE static void AddGradients(PetscInt n, const Sources *of, const PetscRea
   }
 }
 
-/* Displacement, likewise */
+/* Computes displacement in the same way. */
 static void Displacements(const SlipDipping *const source[], PetscInt n, const PetscReal q[], const PetscReal z[],
                           const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscReal out[])
 {
@@ -260,8 +260,8 @@ static void Displacements(const SlipDipping *const source[], PetscInt n, const P
 }
 
 /*
-  SlipDippingAdd_Private - what V of the sources makes of 4 pi times the displacement or its gradient, or what V of the
-  images and the part of X in the directions x, y, z add to it
+  SlipDippingAdd_Private - computes the part of 4 pi times the displacement or its gradient from V of the sources, or
+  adds that from V of the images and from X in the directions x, y, z
 */
 void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const PetscReal q[], const PetscReal z[],
                             const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES], PetscBool image,
@@ -289,8 +289,8 @@ void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const
     for (int i = 0; i < 9; i++) out[9 * k + i] = g[i][k];
 }
 
-/* A point in the directions of its rectangle or of the image, which has those of the rectangle, mirrored: of a point at
-   -z the image is what the rectangle is of z. */
+/* Computes a point's coordinates in the directions of its rectangle or of the image, which are the mirrored ones: the
+   image is to a point at -z as the rectangle is to z. */
 static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt k, PetscBool image, PetscBool gradient,
                   SlipPlatePoints *p)
 {
@@ -302,7 +302,7 @@ static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt 
   p->move[k] = 0;
   if (PetscAbsReal(p->q[k]) > p->rounding[k]) return;
   p->q[k] = 0;
-  /* where displacement has two values, the hanging wall's; along the ground, so that the trace has its limit too */
+  /* where displacement has two values, take the hanging wall's; along the ground, so that it holds on the trace too */
   if (gradient || PetscAbsReal(p->x[k]) > p->half_length[k] + p->rounding[k] ||
       PetscAbsReal(p->t[k]) > p->half_width[k] + p->rounding[k])
     return;
@@ -310,7 +310,7 @@ static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt 
   p->move[k] = SLIP_AT_EDGE * p->rounding[k] * ty;
 }
 
-/* 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx), its derivatives or theirs, at n points */
+/* Computes first or second derivatives of 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx) at n points. */
 static void Rest(const SlipDipping *const source[], PetscInt n, const SlipLogPotential *f, PetscBool gradient,
                  PetscReal rest[6][SLIP_LANES])
 {
@@ -325,8 +325,8 @@ static void Rest(const SlipDipping *const source[], PetscInt n, const SlipLogPot
 }
 
 /*
-  SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the
-  same rectangles: what depends on the rectangles alone is computed once
+  SlipDippingFields_Private - computes 4 pi times the displacement or its gradient at some points, by each of some slips
+  on the same rectangles; terms that depend on the rectangles alone are computed once
 */
 void SlipDippingFields_Private(PetscInt slips, const SlipDipping *const *const of[], SlipPlatePoints *ground,
                                PetscBool gradient, PetscReal *const out[])

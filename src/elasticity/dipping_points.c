@@ -1,6 +1,6 @@
 /*
-  Fields of a dipping rectangle at points of the ground, x north, y east, z down, and tractions on planes of any
-  direction: the frames around dipping.c, and what is refused.
+  Fields of a dipping rectangle at points in the ground, x north, y east, z down, and tractions on planes of any
+  direction: the conversion to the coordinates of dipping.c, and checks of input.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipdipping.h>
@@ -45,7 +45,7 @@ static void DippingOf(PetscReal nu, PetscBool full_space, const SlipDippingRecta
   s->full_space = full_space;
 }
 
-/* Point k along strike, to the right and down. */
+/* Converts point k to coordinates along strike, to the right and down. */
 static void PointOf(PetscBool full_space, const SlipDippingRectangle *r, const PetscReal strike[2],
                     const PetscReal at[3], PetscInt k, SlipPlatePoints *p)
 {
@@ -58,7 +58,7 @@ static void PointOf(PetscBool full_space, const SlipDippingRectangle *r, const P
   p->rounding[k] = SLIP_ROUNDING * (own + PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
 }
 
-/* Some points, which are in the ground or on it. */
+/* Converts some points, and checks that they are not above the ground. */
 static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle *r, const PetscReal strike[2],
                                PetscInt n, const PetscReal points[], SlipPlatePoints *p)
 {
@@ -98,7 +98,7 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
 }
 
 /*@
-  SlipDippingDisplacement - displacement of points by uniform slip on a rectangle of any strike and dip
+  SlipDippingDisplacement - computes the displacement of points by uniform slip on a rectangle of any strike and dip
 
   Not collective, pure
 
@@ -116,10 +116,10 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   Notes:
   Lengths may have any one unit. The shear modulus does not matter.
 
-  A point of the rectangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a
-  rectangle that breaks the surface gets the limit along the ground from there. On an edge across which the rectangle
-  slips the displacement has the logarithm of the distance: an edge gets the value at 1e-20 of the coordinates from it.
-  Elsewhere, on extensions of edges too, there is nothing to be minded, at any dip.
+  A point on the rectangle, to 1e-14 of the coordinates, belongs to the hanging wall; a point on the trace of a
+  rectangle that breaks the surface has the limit from there along the ground. On an edge across which the rectangle
+  slips the displacement has the logarithm of the distance, and the value at 1e-20 of the coordinates from it is
+  returned. All other points, also on extensions of edges, need no care, at any dip.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees,
   and rectangles and points above a free surface
@@ -139,7 +139,7 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
 }
 
 /*@
-  SlipDippingGradient - gradient of the displacement of points by uniform slip on a rectangle of any strike and dip
+  SlipDippingGradient - computes the gradient of the displacement of points by uniform slip on a rectangle
 
   Not collective, pure
 
@@ -155,8 +155,8 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
 . gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
 
   Notes:
-  On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and
-  changes its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
+  On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: the term in 1 / distance, which
+  changes its sign around the edge, is left out, and the rest is returned. Next to an edge values are not limited.
 
   Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-15 (d/a)^2 of the value.
 
@@ -177,7 +177,7 @@ PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const Sli
 }
 
 /*@
-  SlipDippingStress - stress at points by uniform slip on a rectangle of any strike and dip
+  SlipDippingStress - computes the stress at points by uniform slip on a rectangle of any strike and dip
 
   Not collective, pure
 
@@ -193,8 +193,8 @@ PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const Sli
   Output Parameter:
 . stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
 
-  Note: on an edge of the rectangle, where stress is infinite, what is left without the infinite part, as
-  SlipDippingGradient() says
+  Note: on an edge of the rectangle, where stress is infinite, the finite part is returned, as for
+  SlipDippingGradient()
 
   Errors: as of SlipDippingDisplacement()
 
@@ -219,9 +219,9 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
 }
 
 /*
-  SlipDippingTractions_Private - traction [n][3], along the rake, across it and normal, at the centre of each receiver
-  by slip along the rake of its own source; of 2 or 3 slips [n][slips][3], along strike, up dip and normal, by slip
-  along strike and up dip and by opening. Cells are not checked: those of a mesh are when it is taken.
+  SlipDippingTractions_Private - computes the traction [n][3], along the rake, across it and normal, at the centre of
+  each receiver by slip along the rake of its own source; for 2 or 3 slips [n][slips][3], along strike, up dip and
+  normal, by slip along strike and up dip and by opening. Cells are not checked: a mesh has checked them.
 */
 void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                   const SlipCell receiver[], const SlipCell source[], PetscReal traction[])
@@ -242,7 +242,7 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
       const SlipCell *s = source + first + k;
       const SlipDippingRectangle *r = &receiver[first + k].rectangle;
       const PetscReal at[3] = {r->x, r->y, r->z}, slip[3] = {0, 0, 0};
-      const PetscBool again = first + k ? PETSC_TRUE : PETSC_FALSE; /* most are on the plane of the one before */
+      const PetscBool again = first + k ? PETSC_TRUE : PETSC_FALSE; /* most are on the same plane as the last one */
 
       if (!again || s->rectangle.strike != s[-1].rectangle.strike)
         SlipDegrees(s->rectangle.strike, &strike[1], &strike[0]);
@@ -284,7 +284,7 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
 }
 
 /*@
-  SlipPlaneDirections - directions of a fault plane, after Aki & Richards (1980)
+  SlipPlaneDirections - computes the directions of a fault plane, after Aki & Richards (1980)
 
   Not collective, pure
 
@@ -319,7 +319,7 @@ void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscR
 }
 
 /*@
-  SlipStressTraction - traction that stresses make on planes
+  SlipStressTraction - computes the traction of stresses on planes
 
   Not collective, pure
 
@@ -329,11 +329,11 @@ void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscR
 - directions - [n][3][3] of the planes, by SlipPlaneDirections(), dimensionless
 
   Output Parameter:
-. traction - [n][3] of what the foot wall does to the hanging wall: shear along the rake, shear across it, and normal
+. traction - [n][3] traction of the foot wall on the hanging wall: shear along the rake, shear across it, and normal
              stress, positive in compression [Pa]
 
-  Note: the stress that slip on a rectangle makes at its own centre has the sign of the slip: it is the stress drop, as
-  entries of a stiffness are. Stress that drives slip along the rake has the other sign.
+  Note: the stress by slip on a rectangle at its own centre has the sign of the slip: it is the stress drop, as in a
+  stiffness. Stress that drives slip along the rake has the opposite sign.
 
   Level: intermediate
 

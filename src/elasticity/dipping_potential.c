@@ -12,14 +12,14 @@
 
      Y_x = x Z, Y_q = q Z, Z_x = x W, Z_q = q W, Y_t = -1/R^3, Z_t = 3/R^5.
 
-  What does not depend on t, or not on x, cancels in the differences. So ln(R + t) may be -ln(R - t), and Y be -1/(R (R
-  - t)), at both ends of an edge: that is taken where the middle of the edge is at t < 0, and the extension of an edge
-  is a point like others. On the edge itself Y is infinite, and has the factor x or q, which is 0, in all that stress
-  needs.
+  Terms that do not depend on t, or not on x, cancel in the differences. Therefore ln(R + t) may be -ln(R - t), and Y
+  may be -1/(R (R - t)), at both ends of an edge. These are used where the middle of the edge is at t < 0, so that the
+  extension of an edge is no special case. On the edge itself Y is infinite, but has a factor x or q, which is 0, in all
+  terms of stress.
 */
 #include <slipstep/private/slipdipping.h>
 
-/* A corner of all points, i and j = +-1: what both of its lines are and how far it is. */
+/* Computes a corner's coordinates and distance, i and j = +-1, for point k. */
 SLIP_WITHIN void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, PetscReal j, PetscReal *x, PetscReal *t,
                           PetscReal *R, PetscReal *i1, SlipLine *up, SlipLine *along)
 {
@@ -32,13 +32,13 @@ SLIP_WITHIN void CornerOf(const SlipPlatePoints *p, PetscInt k, PetscReal i, Pet
   t2 = *t * *t;
   R2 = x2 + t2 + q2;
   *R = PetscSqrtReal(R2 > least ? R2 : least);
-  inverse = R2 > least ? 1 / *R : 0; /* a corner itself: without what is infinite there */
+  inverse = R2 > least ? 1 / *R : 0; /* at the corner itself: without the infinite terms */
   *i1 = inverse;
   *up = SlipLineOf(*t, p->t[k] < 0 ? -1 : 1, x2 + q2 > least ? x2 + q2 : least, *R, inverse);
   *along = SlipLineOf(*x, p->x[k] < 0 ? -1 : 1, t2 + q2 > least ? t2 + q2 : least, *R, inverse);
 }
 
-/* The loops have no calls and no branches, so that compilers make vector code of them; fourth is a constant. */
+/* The loops have no calls and no branches, so that compilers vectorize them; fourth is a constant. */
 SLIP_WITHIN void Rational(const SlipPlatePoints *p, PetscReal i, PetscReal j, PetscBool fourth,
                           SlipPotential *restrict v)
 {
@@ -98,7 +98,7 @@ static void First(const SlipPlatePoints *p, PetscReal i, PetscReal j, SlipPotent
 }
 
 /*
-  SlipPotential_Private - derivatives of V: of the orders lowest to 3, or to 4, where lowest is 1 or 2
+  SlipPotential_Private - computes the derivatives of V of the orders lowest to 3, or to 4, where lowest is 1 or 2
 */
 SLIP_WIDE void SlipPotential_Private(const SlipPlatePoints *p, PetscInt lowest, PetscInt highest, SlipPotential *v)
 {

@@ -1,6 +1,6 @@
 /*
   Derivatives of X_xx and X_xy, where X is the integral of w ln(R + w) - R over the mirror image of a dipping rectangle:
-  what the free surface adds besides the derivatives of V (dipping.c).
+  the terms of the free surface besides the derivatives of V (dipping.c).
 
   x, y and w are the distances of a point from a corner of the image along strike, to the right of it and down, and in
   the image's plane and across it t = y ty + w tz and q = y tz - w ty, ty = -cos(dip), tz = sin(dip). With chi = w ln(R
@@ -12,24 +12,23 @@
      K_y = N_x = (chi_x - tz A) / ty            N_y = (chi_y - tz L) / ty           K_x = -N_y - ln(R + t).
 
   They are Okada's (1992) I and J, which divide by the cosine of the dip and by its square and have other formulas where
-  it is 0. Here the quotients are taken: w - t = -ty (q + s t), s = ty / (1 + tz), gives
+  it is 0. Here the quotients are computed directly: w - t = -ty (q + s t), s = ty / (1 + tz), gives
 
      L = e ln(1 + ty e) / (ty e) + s ln(R + t),  e = -(q + s t) / (R + t)
      A = -2 / (1 + tz) g atan(s g) / (s g),      g = x / (R + t - s q)
      1 / (R (R + w)) - tz / (R (R + t)) = ty E,  E = (y + s R) / (R (R + w) (R + t)),
 
-  so that a vertical plane is a dip like others. A point below the ground has R + t > 0, as the image ends at the
-  ground.
+  so that a vertical plane is no special case. A point below the ground has R + t > 0, as the image ends at the ground.
 */
 #include <slipstep/private/slipdipping.h>
 #include <math.h>
 
-/* Below these the functions are summed from their series, to rounding; above they lose a digit. */
+/* Arguments below which the functions are summed from their series, to rounding; above, they lose a digit */
 #define SERIES_ATAN 0.3
 #define SERIES_LOG 0.1
 #define TERMS 18
 
-/* (atan(z)/z - 1)/z^2 */
+/* Returns (atan(z)/z - 1)/z^2. */
 static PetscReal AtanRest(PetscReal z)
 {
   const PetscReal z2 = z * z;
@@ -40,7 +39,7 @@ static PetscReal AtanRest(PetscReal z)
   return sum;
 }
 
-/* (ln(1 + z)/z - 1)/z */
+/* Returns (ln(1 + z)/z - 1)/z. */
 static PetscReal LogRest(PetscReal z)
 {
   PetscReal sum = 0;
@@ -58,7 +57,7 @@ SLIP_WITHIN SlipLogCorner CornerOf(const SlipPlatePoints *p, PetscInt k, PetscRe
 }
 
 /*
-  SlipLogFirst_Private - what a corner adds to the first derivatives of K and N; s = ty / (1 + tz)
+  SlipLogFirst_Private - computes a corner's terms of the first derivatives of K and N; s = ty / (1 + tz)
 */
 SlipLogSums SlipLogFirst_Private(const SlipLogCorner *c, PetscReal ty, PetscReal tz, PetscReal s)
 {
@@ -106,7 +105,7 @@ SLIP_WIDE static void Second(const SlipPlatePoints *p, PetscReal i, PetscReal j,
 }
 
 /*
-  SlipLogPotential_Private - first derivatives of X_xx and X_xy, or the second ones where gradient is true
+  SlipLogPotential_Private - computes the first derivatives of X_xx and X_xy, or the second ones if gradient is true
 */
 void SlipLogPotential_Private(const SlipPlatePoints *p, PetscBool gradient, SlipLogPotential *l)
 {

@@ -7,8 +7,9 @@
      f = 4 (1 - nu) (1/R1 + 1/R2),
      g = -R1 - (3 - 4 nu) R2 - 2 c z / R2 + 4 (1 - nu)(1 - 2 nu) (R2 - w ln(R2 + w)),
 
-  c the depth of the source, z that of the receiver, w = z + c, R1^2 = x^2 + y^2 + (z - c)^2, R2^2 = x^2 + y^2 + w^2.
-  Slip along x on the plane y = 0 loads it with the density G^2 (d_yy G_xx + 2 d_xy G_xy + d_xx G_yy) of stress drop, so
+  where c is the depth of the source, z that of the receiver, w = z + c, R1^2 = x^2 + y^2 + (z - c)^2, R2^2 = x^2 + y^2
+  + w^2. Slip along x on the plane y = 0 loads it with the density G^2 (d_yy G_xx + 2 d_xy G_xy + d_xx G_yy) of stress
+  drop, so
 
      K = G / (16 pi (1 - nu)) * integral over the source of (d_xx + d_yy) f + 4 d_xxyy g.
 
@@ -18,8 +19,8 @@
 */
 #include <slipstep/private/slipelasticity.h>
 
-/* Difference over s in [s1, s2] of the antiderivative -s / (r R) of d_rr (1/R), R^2 = r^2 + s^2. For s of one sign the
-   large part -sign(s) / r cancels and is left out, so that r = 0 (receiver on the extension of an edge) is regular. */
+/* Returns the difference over [s1, s2] of the antiderivative -s / (r R) of d_rr (1/R), R^2 = r^2 + s^2. For s of one
+   sign the large part -sign(s) / r cancels and is omitted, so that r = 0 (on the extension of an edge) is regular. */
 static PetscReal EdgeDifference(PetscReal r, PetscReal s1, PetscReal s2)
 {
   const PetscReal R1 = PetscSqrtReal(r * r + s1 * s1), R2 = PetscSqrtReal(r * r + s2 * s2);
@@ -29,7 +30,7 @@ static PetscReal EdgeDifference(PetscReal r, PetscReal s1, PetscReal s2)
   return sign1 == sign2 ? regular : regular - (sign2 - sign1) / r;
 }
 
-/* Integral of -(coefficient_x d_xx + coefficient_z d_zz) (1/R) over [x1, x2] x [z1, z2], R^2 = x^2 + z^2. */
+/* Integrates -(coefficient_x d_xx + coefficient_z d_zz) (1/R) over [x1, x2] x [z1, z2], R^2 = x^2 + z^2. */
 static PetscReal PotentialPart(PetscReal cx, PetscReal cz, PetscReal x1, PetscReal x2, PetscReal z1, PetscReal z2)
 {
   return -cx * (EdgeDifference(x2, z1, z2) - EdgeDifference(x1, z1, z2)) -
@@ -65,8 +66,8 @@ static PetscReal CornerSum(PetscReal (*f)(PetscReal, PetscReal), PetscReal x1, P
 }
 
 /*
-  SlipKernelSurface_Private - the free surface's share of the stress drop, split by its dependence on the receiver's
-  depth z: constant + z * linear + z^2 * quadratic, each a function of dx and of the sum of the two depths only.
+  SlipKernelSurface_Private - computes the free surface's part of the stress drop, split by its dependence on the
+  receiver's depth z: constant + z * linear + z^2 * quadratic, functions of dx and of the sum of the two depths only.
 */
 void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a, PetscReal b,
                                PetscReal part[3])
@@ -81,7 +82,7 @@ void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscRea
 }
 
 /*@
-  SlipKernelFullSpace - stress drop at a receiver's centre for unit strike slip on a rectangular cell in a full space
+  SlipKernelFullSpace - computes the stress drop at a receiver's centre for unit strike slip on a cell in a full space
 
   Not collective, pure
 
@@ -95,7 +96,7 @@ void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscRea
 
   Output: entry of the stiffness [Pa/m], positive at the cell's own centre; infinite on the cell's edges
 
-  Note: the cell itself gives G sqrt(2) (2 - nu) / (pi (1 - nu) a) for a = b.
+  Note: the entry of a cell on itself is G sqrt(2) (2 - nu) / (pi (1 - nu) a) for a = b.
 
   Reference: Chinnery (1963), Okada (1992); the derivation is in the source file
 
@@ -111,7 +112,7 @@ PetscReal SlipKernelFullSpace(PetscReal G, PetscReal nu, PetscReal dx, PetscReal
 }
 
 /*@
-  SlipKernelHalfSpace - stress drop at a receiver's centre for unit strike slip on a cell below a free surface
+  SlipKernelHalfSpace - computes the stress drop at a receiver's centre for unit strike slip on a cell in a half-space
 
   Not collective, pure
 

@@ -15,7 +15,7 @@
 */
 #include <slipelasticity.h>
 
-/* A corner: its coordinates along strike, across and in depth from the receiver. */
+/* A corner's coordinates along strike, across and in depth, from the receiver */
 typedef struct {
   PetscReal x, y, s, R;
 } Corner;
@@ -32,13 +32,13 @@ static PetscReal Biharmonic(const Corner *c)
   return -c->x * c->s / (c->R * r2) * (1 - y2 / (c->R * c->R) - 2 * y2 / r2);
 }
 
-/* Source and receiver without the free surface; (1 - nu) d_ss part and d_xxyy R part. */
+/* Computes the terms without the free surface: the (1 - nu) d_ss part and the d_xxyy R part. */
 static PetscReal Direct(const Corner *c, PetscReal nu)
 {
   return (1 - nu) * Potential(c) - Biharmonic(c);
 }
 
-/* The terms of the image at the receiver's depth z; s is the sum of the two depths. */
+/* Computes the terms of the image at the receiver's depth z; s is the sum of the two depths. */
 static PetscReal Image(const Corner *c, PetscReal nu, PetscReal z)
 {
   const PetscReal x = c->x, R = c->R, t = R + c->s, y2 = c->y * c->y;
@@ -52,7 +52,7 @@ static PetscReal Image(const Corner *c, PetscReal nu, PetscReal z)
 }
 
 /*@
-  SlipKernelOffset - stress drop at a receiver's centre on a parallel plane for unit strike slip on a rectangular cell
+  SlipKernelOffset - computes the stress drop at a receiver's centre on a parallel plane for unit strike slip on a cell
 
   Not collective, pure
 
@@ -60,7 +60,7 @@ static PetscReal Image(const Corner *c, PetscReal nu, PetscReal z)
 + G          - shear modulus [Pa]
 . nu         - Poisson's ratio, in (-1, 0.5), dimensionless
 . dx         - distance along strike from the cell's centre to the receiver [m]
-. dy         - distance between the two planes [m]; of 0 gives SlipKernelHalfSpace() or SlipKernelFullSpace()
+. dy         - distance between the two planes [m]; 0: the result is SlipKernelHalfSpace() or SlipKernelFullSpace()
 . z_receiver - depth of the receiver [m], positive
 . z_source   - depth of the cell's centre [m], at least b / 2
 . a          - the cell's extent along strike [m]

@@ -1,6 +1,6 @@
 /*
-  Kernels, what the entries of a stiffness are computed from: vertical strike-slip rectangles, those of any direction,
-  and triangles, the closed forms of the files beside this one as rows of functions.
+  Kernels, from which the entries of a stiffness are computed: vertical strike-slip rectangles, those of any direction,
+  and triangles. Each kernel is a table of functions with the closed forms of the other files in this folder.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
@@ -8,7 +8,7 @@
 #include <math.h>
 
 /*@
-  SlipKernelCheck - check that a stiffness can be computed from a kernel
+  SlipKernelCheck - checks that a stiffness can be computed from a kernel
 
   Not collective, but every process of comm must pass the same kernel
 
@@ -17,7 +17,7 @@
 - kernel - the kernel
 
   Errors: PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP
-  for more than three components of slip or one row of normal stress, and averages that the type does not know
+  for more than three components of slip or one row of normal stress, and averages that the type does not support
 
   Level: developer
 
@@ -42,7 +42,7 @@ PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For creators of operators: a kernel that SlipKernelCheck() accepts must have one component of slip, or several. */
+/* Checks also that the kernel has one component of slip or several, as the caller needs. */
 PetscErrorCode SlipKernelCheckComponents(MPI_Comm comm, const SlipKernel *k, PetscInt components)
 {
   PetscFunctionBegin;
@@ -62,7 +62,7 @@ static void Centre_StrikeSlip(const SlipKernel *k, const SlipCell *receiver, con
                               s->width, k->full_space);
 }
 
-/* An edge that both have has the mean core. */
+/* Computes the average; an edge that both cells share has the mean core. */
 static void Average_StrikeSlip(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
   const SlipDippingRectangle *a = &receiver->rectangle, *b = &source->rectangle;
@@ -73,8 +73,8 @@ static void Average_StrikeSlip(const SlipKernel *k, const SlipCell *receiver, co
   block[0] = SlipKernelAverage(k->shear_modulus, k->poisson_ratio, &r, &s, core, k->full_space);
 }
 
-/* Averages have that form as they are; of the values at centres c + z l + z^2 q (dislocation.c) the symmetric part has,
-   as (z + z')/2 l and (z^2 + z'^2)/2 q are s/2 l and s^2/2 q - z z' q, s = z + z'. */
+/* Computes the surface's part. Averages already have its form; the values at centres c + z l + z^2 q (dislocation.c)
+   have it in their symmetric part, as (z + z')/2 l and (z^2 + z'^2)/2 q are s/2 l and s^2/2 q - z z' q, s = z + z'. */
 static void Surface_StrikeSlip(const SlipKernel *k, PetscReal dx, PetscReal s, PetscReal a, PetscReal b,
                                PetscReal part[2])
 {
@@ -99,7 +99,7 @@ const SlipKernelType SlipKernelStrikeSlip = {
   .edge = SlipAverageEdge_Private,
 };
 
-/* Cells were checked when they were taken: what is refused here has no meaning, and is not a number. */
+/* Computes the value at the centre. Cells were checked before, so that this should not fail; if it does, it is NaN. */
 static void Centre_Dipping(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
   const SlipDippingRectangle *r = &receiver->rectangle;
@@ -115,7 +115,7 @@ static void Centre_Dipping(const SlipKernel *k, const SlipCell *receiver, const 
   block[1] = traction[2];
 }
 
-/* Many points of one source, 0.45 us each where Centre_Dipping() takes 1.1 us, measured */
+/* Computes many points of one source, in 0.45 us each where Centre_Dipping() takes 1.1 us (measured). */
 static PetscErrorCode Plane_Dipping(const SlipKernel *k, const SlipDippingRectangle *source, PetscInt component,
                                     PetscInt n, const PetscReal points[], PetscReal traction[])
 {
@@ -134,7 +134,7 @@ static PetscErrorCode Plane_Dipping(const SlipKernel *k, const SlipDippingRectan
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 0.21 us a pair where Centre_Dipping() takes 1 us, measured */
+/* Computes many pairs, in 0.21 us each where Centre_Dipping() takes 1 us (measured). */
 static void Centres_Dipping(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                             PetscReal block[])
 {
@@ -160,8 +160,8 @@ const SlipKernelType SlipKernelDipping = {
   .centres = Centres_Dipping,
 };
 
-/* Both components take 1.3 times as long as one, of triangles 1.4 times, measured. Tractions [n][slips][3] as blocks
-   [n][3][slips] */
+/* Transposes tractions [n][slips][3] to blocks [n][3][slips]. Both components together take 1.3 times as long as one,
+   for triangles 1.4 times (measured). */
 static void Transpose(PetscInt slips, PetscInt n, const PetscReal traction[], PetscReal block[])
 {
   for (PetscInt k = 0; k < n; k++, traction += 3 * slips, block += 3 * slips)
@@ -169,7 +169,7 @@ static void Transpose(PetscInt slips, PetscInt n, const PetscReal traction[], Pe
       for (PetscInt j = 0; j < slips; j++) block[slips * i + j] = traction[3 * j + i];
 }
 
-/* Of vectors of slip, with opening or without */
+/* Computes many pairs for vectors of slip, with or without opening. */
 static void Centres_DippingVector(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                                   PetscReal block[])
 {
@@ -208,7 +208,7 @@ const SlipKernelType SlipKernelDippingOpening = {
   .centres = Centres_DippingVector,
 };
 
-/* vector: with the directions of rake 0 */
+/* Sets up a triangle; vector: with the directions of rake 0 */
 static void CellOf(const SlipCell *c, PetscBool vector, SlipTriangleCell *cell)
 {
   for (int k = 0; k < 9; k++) cell->vertices[k] = c->vertices[k];
@@ -217,13 +217,13 @@ static void CellOf(const SlipCell *c, PetscBool vector, SlipTriangleCell *cell)
   for (int k = 0; k < 9 && c->directions; k++) cell->directions[k] = c->directions[k];
 }
 
-/* Is b the cell before, as in a row or column of a stiffness? */
+/* Returns whether b is the same cell as a, as is common in a row or column of a stiffness. */
 static PetscBool Same(const SlipCell *a, const SlipCell *b)
 {
   return a->vertices == b->vertices && a->rake == b->rake ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Pairs in a row that share their source take less, as SlipTriangleTractions() knows it by its address. */
+/* Computes many pairs. Consecutive ones with one source are faster: SlipTriangleTractions() compares addresses. */
 static void TrianglePairs(const SlipKernel *k, PetscInt slips, PetscInt n, const SlipCell receiver[],
                           const SlipCell source[], PetscReal block[])
 {
@@ -267,7 +267,7 @@ static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const
   Centres_Triangle(k, 1, receiver, source, block);
 }
 
-/* 2 us without a surface, 4 to 8 below one, 100 and more next to the ground */
+/* Computes the average, in 2 us without a surface, 4 to 8 us below one, 100 us and more next to the ground. */
 static void Average_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
   SlipTriangleCell r, s;

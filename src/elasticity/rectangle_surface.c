@@ -14,13 +14,13 @@
 */
 #include <slipstep/private/slipelasticity.h>
 
-/* Of one corner; side: of the plane on which the point lies, +-1; core: the distance from a corner to the point where
-   both are the same. */
+/* Computes the term of one corner. side: the side of the plane on which the point is, +-1; core: the distance that is
+   used if the point is at the corner. */
 static void Corner(PetscReal nu, PetscReal x, PetscReal y, PetscReal s, PetscReal side, PetscReal core, PetscReal u[3])
 {
   const PetscReal m = 1 - 2 * nu, R = PetscSqrtReal(x * x + y * y + s * s), T = R + s;
 
-  if (R == 0) { /* the other terms are 0 where the point goes to the corner along the trace */
+  if (R == 0) { /* the other terms are 0 in the limit along the trace */
     u[0] = u[2] = 0;
     u[1] = -0.5 * m * PetscLogReal(core);
     return;
@@ -31,7 +31,7 @@ static void Corner(PetscReal nu, PetscReal x, PetscReal y, PetscReal s, PetscRea
 }
 
 /*@
-  SlipSurfaceDisplacement - displacement of points of the free surface for unit strike slip on a vertical rectangle
+  SlipSurfaceDisplacement - computes the displacement of the free surface for unit strike slip on a vertical rectangle
 
   Not collective, pure
 
@@ -48,12 +48,12 @@ static void Corner(PetscReal nu, PetscReal x, PetscReal y, PetscReal s, PetscRea
   x points along strike, y to the right of it, z down. Slip is the displacement of the side y > source->y less that of
   the other side: positive slip is left-lateral. The shear modulus does not matter.
 
-  A rectangle that breaks the surface moves its two sides apart. A point of its trace gets the limit from y > source->y,
-  u_x = +1/2; one with y < source->y, however near, is on the other side.
+  Both sides of a rectangle that breaks the surface move relative to each other. A point on its trace has the limit from
+  y > source->y, u_x = +1/2; any point with y < source->y is on the other side.
 
-  Where a rectangle that breaks the surface ends, u_y has the logarithm of the distance from its upper corner, as strain
-  is infinite there. At the corner itself the distance is taken as SLIP_CORE_CELL of the rectangle's length, so that
-  rectangles of one length and slip side by side give what they give as one.
+  At the end of a rectangle that breaks the surface u_y has the logarithm of the distance from its upper corner, because
+  strain is infinite there. At the corner itself the distance is SLIP_CORE_CELL of the rectangle's length, so that
+  adjacent rectangles of one length and slip have the same displacement as one rectangle.
 
   Reference: Okada (1985)
 

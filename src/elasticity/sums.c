@@ -1,17 +1,17 @@
-/* Displacement and stress at points by slip on many rectangles or triangles: sums over those of dipping_points.c and
-   triangle_points.c. What maps of a fault's slip are computed from. */
+/* Displacement and stress at points by slip on many rectangles or triangles, as sums of the fields of dipping_points.c
+   and triangle_points.c. Maps of the fields of a fault's slip use them. */
 #include <slipcompat.h>
 #include <slipelasticity.h>
 
 typedef struct {
-  PetscReal G, nu; /* G is 0 for displacement */
+  PetscReal G, nu; /* G = 0: displacement */
   PetscBool full_space;
-  const SlipDippingRectangle *cells; /* or NULL, and */
+  const SlipDippingRectangle *cells; /* rectangles; NULL: triangles */
   const PetscReal *vertices;         /* [.][3][3] of triangles */
-  const PetscReal *side;             /* [.][3] into their hanging walls, or NULL */
+  const PetscReal *side;             /* [.][3] vectors into the triangles' hanging walls, or NULL */
 } Sources;
 
-/* Slip on a triangle with its hanging wall at a side, as slip [3] with the one that SlipTriangleStress() takes */
+/* Converts slip on a triangle with a given side of its hanging wall to slip [3] with that of SlipTriangleStress(). */
 static PetscErrorCode SlipFromSide(const PetscReal vertices[], const PetscReal side[], const PetscReal slip[],
                                    PetscReal own[])
 {
@@ -31,7 +31,7 @@ static PetscErrorCode SlipFromSide(const PetscReal vertices[], const PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of one of them */
+/* Computes the field of one source. */
 static PetscErrorCode Field(const Sources *s, PetscInt k, const PetscReal slip[], PetscInt n, const PetscReal points[],
                             PetscReal field[])
 {
@@ -65,7 +65,7 @@ static PetscErrorCode Sum(const Sources *s, PetscInt ncells, const PetscReal sli
   for (PetscInt k = 0; k < ncells; k++) {
     const PetscReal *u = slip + 3 * k;
 
-    if (u[0] == 0 && u[1] == 0 && u[2] == 0) continue; /* in an event most cells of a large fault */
+    if (u[0] == 0 && u[1] == 0 && u[2] == 0) continue; /* as for most cells of a large fault in an event */
     PetscCall(Field(s, k, u, n, points, one));
     for (PetscInt i = 0; i < size * n; i++) sum[i] += one[i];
   }
@@ -74,8 +74,7 @@ static PetscErrorCode Sum(const Sources *s, PetscInt ncells, const PetscReal sli
 }
 
 /*@
-  SlipRectanglesDisplacement - displacement of points by slip on rectangles of any strike and dip, such as the cells of
-  a fault
+  SlipRectanglesDisplacement - computes the displacement of points by slip on rectangles, such as the cells of a fault
 
   Not collective, pure
 
@@ -109,7 +108,7 @@ PetscErrorCode SlipRectanglesDisplacement(PetscReal nu, PetscBool full_space, Pe
 }
 
 /*@
-  SlipRectanglesStress - stress at points by slip on rectangles of any strike and dip, such as the cells of a fault
+  SlipRectanglesStress - computes the stress at points by slip on rectangles, such as the cells of a fault
 
   Not collective, pure
 
@@ -148,7 +147,7 @@ PetscErrorCode SlipRectanglesStress(PetscReal G, PetscReal nu, PetscBool full_sp
 }
 
 /*@
-  SlipTrianglesDisplacement - displacement of points by slip on triangles, such as the cells of a fault
+  SlipTrianglesDisplacement - computes the displacement of points by slip on triangles, such as the cells of a fault
 
   Not collective, pure
 
@@ -185,7 +184,7 @@ PetscErrorCode SlipTrianglesDisplacement(PetscReal nu, PetscBool full_space, Pet
 }
 
 /*@
-  SlipTrianglesStress - stress at points by slip on triangles, such as the cells of a fault
+  SlipTrianglesStress - computes the stress at points by slip on triangles, such as the cells of a fault
 
   Not collective, pure
 

@@ -1,12 +1,12 @@
 /*
-  Displacement and its gradient by uniform slip on a triangle, in closed form: what dipping.c says of rectangles holds
-  for any plane area, with V of triangle_potential.c and the part F of triangle_surface.c.
+  Displacement and its gradient by uniform slip on a triangle, in closed form: the formulas of dipping.c hold for any
+  plane area, with V of triangle_potential.c and the part F of triangle_surface.c.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
 /*
-  SlipTriangleOf_Private - a triangle without its slip; normal: into the hanging wall
+  SlipTriangleOf_Private - sets up a triangle without its slip; normal points into the hanging wall
 */
 void SlipTriangleOf_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9], const PetscReal normal[3],
                             SlipTriangle *s)
@@ -59,7 +59,7 @@ void SlipTriangleOf_Private(PetscReal nu, PetscBool full_space, const PetscReal 
 }
 
 /*
-  SlipTriangleSetSlip_Private - b: the jump of displacement, hanging wall less foot wall, north, east and down
+  SlipTriangleSetSlip_Private - sets the jump of displacement b, hanging wall less foot wall, north, east and down
 */
 void SlipTriangleSetSlip_Private(SlipTriangle *s, const PetscReal b[3])
 {
@@ -72,7 +72,7 @@ void SlipTriangleSetSlip_Private(SlipTriangle *s, const PetscReal b[3])
 }
 
 /*
-  SlipTrianglePointOf_Private - point k along strike, to the right and down
+  SlipTrianglePointOf_Private - converts point k to coordinates along strike, to the right and down
 */
 void SlipTrianglePointOf_Private(const SlipTriangle *s, const PetscReal at[3], PetscInt k, SlipTrianglePoints *p)
 {
@@ -84,7 +84,7 @@ void SlipTrianglePointOf_Private(const SlipTriangle *s, const PetscReal at[3], P
   p->rounding[k] = s->rounding + SLIP_ROUNDING * (PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
 }
 
-/* A triangle as one of the points sees it */
+/* Sets lane k of the edges to those of a triangle. */
 static void Lane(const SlipTriangle *s, PetscInt k, SlipTriangleEdges *e)
 {
   const PetscReal ty = s->plane.slope[0], tz = s->plane.slope[1];
@@ -112,7 +112,7 @@ static PetscBool Inside(const SlipTriangleEdges *e, const SlipTrianglePoints *p,
   return PETSC_TRUE;
 }
 
-/* Points in the directions of their triangles or of the images, as in dipping.c */
+/* Converts points to the directions of their triangles or of the images, as in dipping.c. */
 static void Place(const SlipTriangle *const source[], const SlipTriangleEdges *e, const SlipTrianglePoints *ground,
                   PetscBool image, PetscBool gradient, SlipTrianglePoints *p)
 {
@@ -125,14 +125,14 @@ static void Place(const SlipTriangle *const source[], const SlipTriangleEdges *e
     p->move[k] = 0;
     if (PetscAbsReal(p->q[k]) > p->rounding[k]) continue;
     p->q[k] = 0;
-    /* where displacement has two values, the hanging wall's; along the ground, so that the trace has its limit too */
+    /* where displacement has two values, take the hanging wall's; along the ground, so also on the trace */
     if (gradient || !Inside(e, p, k)) continue;
     p->q[k] = tiny * e->tz[k];
     p->move[k] = tiny * e->ty[k];
   }
 }
 
-/* The slip on a triangle, horizontally */
+/* Sets the horizontal slip on a triangle. */
 static void Slip(const SlipDipping *plane, PetscInt k, SlipTriangleEdges *e)
 {
   e->bx[k] = plane->b[0];
@@ -140,8 +140,8 @@ static void Slip(const SlipDipping *plane, PetscInt k, SlipTriangleEdges *e)
 }
 
 /*
-  SlipTriangleFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the
-  same triangles: what depends on the triangles alone is computed once
+  SlipTriangleFields_Private - computes 4 pi times the displacement or its gradient at some points, by each of some
+  slips on the same triangles; terms that depend on the triangles alone are computed once
 */
 void SlipTriangleFields_Private(PetscInt slips, const SlipTriangle *const *const of[], SlipTrianglePoints *ground,
                                 PetscBool gradient, PetscReal *const out[])

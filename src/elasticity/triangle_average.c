@@ -1,26 +1,26 @@
 /*
   Stress drop of a triangle averaged over another one or itself: the force on it over its area.
 
-  Without a free surface the force is that of triangle_loops.c, to rounding. What the surface adds is smooth, but for
-  the lines on which the source's edges have their image, above the ground: it is integrated over the smaller of both
-  triangles, whose parts are as small as their distance from those lines asks for. So the force is the same to the bit
-  when both change places.
+  Without a free surface the force is that of triangle_loops.c, to rounding. The part of the surface is smooth except on
+  the image lines of the source's edges, above the ground. It is integrated over the smaller of both triangles, which is
+  divided into parts that are small enough for their distance from those lines. The force is therefore bitwise the same
+  when both triangles are exchanged.
 
-  Where both triangles have an edge on the ground they are next to that edge's image. The slip goes on there without
-  an end: the stress of the source and of its mirror image with the same jump is smooth, without a surface, and so is
-  what the surface adds when the stress of that mirror image is taken off. The force of the mirror image is added in
-  closed form. What is left goes as 1/distance from a vertex on the ground, from which edges go down: lines from such
-  a vertex are integrated in their distance from it.
+  Where both triangles have an edge on the ground they are next to that edge's image. Slip does not end there: without a
+  surface, the stress of the source and of its mirror image with the same jump is smooth, and so is the part of the
+  surface less the stress of that mirror image. The force of the mirror image is added in closed form. The rest is
+  proportional to 1/distance from a vertex on the ground, from which edges go down: lines from such a vertex are
+  integrated in their distance from it.
 
-  Edges that two triangles have in common have a core, as in average.c.
+  Edges that two triangles share have a core, as in average.c.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
 #define MOST_NODES 6
 #define NODES_FROM 2
-/* Up to so many of a part's radii from the next line, or from the other triangle, it takes so many nodes in either
-   direction: what is of a higher degree than 2 n - 2 is left out, d^(1 - 2 n) of the value and 1e-8. */
+/* Number of nodes in either direction of a part, by its distance d, in its radii, from the next line or from the other
+   triangle: degrees above 2 n - 2 are neglected, d^(1 - 2 n) of the value and 1e-8. */
 static const struct {
   PetscReal distance;
   int n;
@@ -38,35 +38,34 @@ static const PetscReal Node[MOST_NODES - NODES_FROM + 1][2][MOST_NODES] = {
     0.085662246189585178}},
 };
 #define SPLIT 2.5  /* a part nearer to a line, in its radii, is divided */
-#define DEEPEST 10 /* divisions */
+#define DEEPEST 10 /* most divisions */
 #define FAR                                                                                                            \
   8 /* a triangle so many of its radii away from the other one is integrated by quadrature, with the direct part */
 
-/* A triangle that slips, or whose virtual slips take the other one's stress. */
+/* A triangle that slips, or that has virtual slips on which the other one's stress does work */
 typedef struct {
   PetscReal vertices[9], normal[3];
-  PetscInt n; /* slips */
+  PetscInt n; /* number of slips */
   PetscReal slip[3][3];
   SlipTriangleLoop loop;
   PetscReal middle[3], radius;
-  PetscBool trace; /* an edge on the ground */
+  PetscBool trace; /* an edge is on the ground */
 } Side;
 
-/* An integral over a receiver of what a source does to it, and without a surface the source's mirror image, which is
-   taken off. */
+/* An integral over a receiver of the stress of a source, less that of the source's mirror image without a surface */
 typedef struct {
   const Side *receiver;
   SlipTriangle source[2];
-  PetscReal slip[2][3][3]; /* of those */
+  PetscReal slip[2][3][3]; /* slips of source and image */
   PetscInt nsources, nslips, n;
   PetscReal nu;
   PetscReal at[SLIP_LANES][3], weight[SLIP_LANES], sum[9]; /* [receiver's slips][source's] */
-  PetscReal line[3][2][3]; /* images of the other one's edges, lines where they are infinite */
+  PetscReal line[3][2][3]; /* images of the other one's edges, on which the stress is infinite */
   PetscInt nlines;
   PetscReal touch;
 } Integral;
 
-/* direction [n]: of the cell's, those along which it slips */
+/* Sets up a triangle; direction [n] are those of the cell's directions along which it slips. */
 static void SideOf(const SlipTriangleCell *cell, PetscInt n, const PetscInt direction[], PetscBool full_space, Side *s)
 {
   const PetscReal *v = cell->vertices;
@@ -98,7 +97,7 @@ static void SideOf(const SlipTriangleCell *cell, PetscInt n, const PetscInt dire
   s->trace = (PetscBool)(ground == 2);
 }
 
-/* Adds a source, which goes as it is or mirrored at the ground, its hanging wall in the other's */
+/* Adds a source, as it is or mirrored at the ground, with its hanging wall in the other's. */
 static void AddSource(Integral *w, const Side *s, PetscBool full_space, PetscBool mirrored)
 {
   const PetscReal down = mirrored ? -1 : 1, normal[3] = {s->normal[0], s->normal[1], down * s->normal[2]};
@@ -111,7 +110,7 @@ static void AddSource(Integral *w, const Side *s, PetscBool full_space, PetscBoo
   for (PetscInt i = 0; i < 3 * s->n; i++) w->slip[j][i / 3][i % 3] = s->slip[i / 3][i % 3];
 }
 
-/* The points that have been collected: minus their traction along the receiver's slips */
+/* Subtracts the tractions along the receiver's slips at the collected points. */
 static void Flush(Integral *w)
 {
   const PetscReal *normal = w->receiver->normal;
@@ -147,7 +146,7 @@ static void Flush(Integral *w)
   w->n = 0;
 }
 
-/* n nodes along lines from the first vertex, and n lines */
+/* Adds the nodes of a part: n lines from the first vertex, with n nodes each. */
 static void Leaf(Integral *w, PetscReal v[3][3], int n)
 {
   const PetscReal *node = Node[n - NODES_FROM][0], *weight = Node[n - NODES_FROM][1];
@@ -158,7 +157,7 @@ static void Leaf(Integral *w, PetscReal v[3][3], int n)
     e[1][l] = v[2][l] - v[1][l];
   }
   SlipCross(e[0], e[1], normal);
-  area = PetscSqrtReal(SlipDot(normal, normal)); /* twice */
+  area = PetscSqrtReal(SlipDot(normal, normal)); /* twice the area */
   for (int i = 0; i < n; i++)
     for (int j = 0; j < n; j++) {
       for (int l = 0; l < 3; l++) w->at[w->n][l] = v[0][l] + node[i] * (e[0][l] + node[j] * e[1][l]);
@@ -186,7 +185,7 @@ static PetscReal FromLines(const Integral *w, const PetscReal at[3])
   return PetscSqrtReal(least);
 }
 
-/* The distance of the next end of a line, which is not the point itself */
+/* Returns the distance of the nearest end of a line that is not the point itself. */
 static PetscReal FromOtherEnds(const Integral *w, const PetscReal at[3])
 {
   PetscReal least = PETSC_MAX_REAL;
@@ -218,8 +217,8 @@ static void Quarters(Integral *w, PetscReal v[3][3], int depth)
   Part(w, m[0], m[1], m[2], depth + 1);
 }
 
-/* A part that has the vertex 0 on a line's end: what is seen from there is 1/distance times a function of the angle,
-   but for what other ends do to it */
+/* Integrates a part whose vertex 0 is on a line's end: from there the integrand is 1/distance times a function of the
+   angle, except for the terms of other ends. */
 static void Fan(Integral *w, PetscReal v[3][3], int depth)
 {
   PetscReal m[3], side[3], along[3], length;
@@ -297,8 +296,7 @@ static void Part(Integral *w, const PetscReal a[3], const PetscReal b[3], const 
   Quarters(w, v, depth);
 }
 
-/* What the free surface adds, over the smaller one of both; force: [slips of the smaller one][slips of the larger
-   one] */
+/* Integrates the part of the free surface over the smaller triangle; force: [its slips][slips of the larger one]. */
 static void Surface(PetscReal nu, const Side *small, const Side *large, PetscReal core, PetscReal force[])
 {
   const PetscBool both = (PetscBool)(small->trace && large->trace);
@@ -331,7 +329,7 @@ static void Surface(PetscReal nu, const Side *small, const Side *large, PetscRea
   }
 }
 
-/* An order of both triangles that does not depend on which comes first */
+/* Orders both triangles, whichever is first. */
 static PetscBool Larger(const Side *a, const Side *b)
 {
   if (a->loop.area != b->loop.area) return (PetscBool)(a->loop.area > b->loop.area);
@@ -340,7 +338,7 @@ static PetscBool Larger(const Side *a, const Side *b)
   return PETSC_FALSE;
 }
 
-/* The force, over G, [slips of the smaller one][slips of the larger one] */
+/* Computes the force over G, [slips of the smaller one][slips of the larger one]. */
 static void Force(PetscReal nu, PetscBool full_space, const Side *small, const Side *large, PetscReal core,
                   PetscReal force[9])
 {
@@ -367,9 +365,9 @@ static void Force(PetscReal nu, PetscBool full_space, const Side *small, const S
 }
 
 /*
-  SlipTriangleAverage - averages over the receiver of the stress drop along the first of its directions and of normal
-  stress, for unit slip along the first direction of the source; core: of edges that both have in common, as a share
-  of the lesser of their heights on them
+  SlipTriangleAverage - computes averages over the receiver of the stress drop along the first of its directions and of
+  normal stress, for unit slip along the first direction of the source; core: core of edges that both share, over the
+  smaller of their heights on them
 */
 void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
                          const SlipTriangleCell *source, PetscReal core, PetscReal average[2])
@@ -388,8 +386,8 @@ void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const 
 }
 
 /*
-  SlipTriangleVectorAverage - averages over the receiver of the stress drop along both of its directions in the plane
-  and of normal stress, for unit slip along either of the source's, and as the third of 3 slips for unit opening,
+  SlipTriangleVectorAverage - computes averages over the receiver of the stress drop along both of its directions in the
+  plane and of normal stress, for unit slip along either of the source's, and for unit opening as the third of 3 slips,
   [3][slips]; core as above
 */
 void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
@@ -422,8 +420,8 @@ static SlipTriangleLoop LoopOf(const SlipTriangleCell *cell)
 }
 
 /*
-  SlipTriangleAverageEdge - what is to be added to a cell's average on itself where its edge from vertex k to the next
-  one has ratio times the core along share of it
+  SlipTriangleAverageEdge - computes the change of a cell's average on itself if its edge from vertex k to the next one
+  has ratio times the core along share of it
 */
 PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k, PetscReal share,
                                   PetscReal ratio)
@@ -435,7 +433,7 @@ PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleC
 }
 
 /*
-  SlipTriangleVectorAverageEdge - the same along both directions in the plane, and of 3 slips across it, [slips][slips]
+  SlipTriangleVectorAverageEdge - computes the same in the plane, and across it for 3 slips, [slips][slips]
 */
 void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell, PetscInt k,
                                    PetscReal share, PetscReal ratio, PetscReal edge[])

@@ -1,8 +1,8 @@
 /*
-  The force that slip on one triangle makes on another one in a full space, in closed form.
+  The force of slip on one triangle on another one in a full space, in closed form.
 
   The traction of slip b on B, times a constant vector a, integrated over A, is a double integral over both outlines,
-  as a dislocation's energy is (Blin 1955; de Wit 1960; Hirth and Lothe 1982, (4-40)). With a as another slip it is
+  like a dislocation's energy (Blin 1955; de Wit 1960; Hirth and Lothe 1982, (4-40)). With a as another slip it is
   symmetric in both. The stress drop, for edges with the directions d and d', u = a x d and v = b x d', is
 
      G/(4 pi) sum over pairs of edges of  [(a.d)(b.d') - 2 (a x b).(d x d')] J + u.T v/(1 - nu),
@@ -22,32 +22,33 @@
 
      P = |s| ln((|s| + R)/r) - R   and   R along d, e r sign(s) ln((|s| + R)/r) along d and across, P - e e R across.
 
-  On a line that two edges have in common P has the core c in place of r, as in average.c. What the core stands for is a
-  jump that goes to zero over some width in the plane, and e is along it: slip has nothing along e, but opening has, u =
-  n x d, and with it P - R in place of P, a core of exp(1) c. With c alone a crack that opens has half the core of one
-  that slips, and with 20 triangles across it is 5 % too stiff where the other one is 3 % too soft. On a line where
-  planes meet at an angle each opening has the e of its own plane. Towards the ground the width is bounded by the depth:
-  a wedge of rock above a wider one would give way by itself.
+  On a line that two edges share the core c replaces r in P, as in average.c. The core represents a jump that decreases
+  to zero over some width in the plane, along e. Slip has no term along e, but opening has, u = n x d, so that P - R
+  replaces P, which is a core of exp(1) c. With c alone a crack that opens would have half the core of one that slips:
+  with 20 triangles across, it would be 5 % too stiff where the other one is 3 % too soft. On a line where planes meet
+  at an angle each opening has the e of its own plane. Near the ground the depth bounds the width: a wedge of rock above
+  a wider one would have no stiffness.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
-/* Edges whose angle is less are parallel. The parallelogram loses 1e-16 over the angle of terms that are a thousand
-   times the force a few sides away, this about the angle: 1e-6 of such a force at the worst, 1e-8 of a cell's own. */
+/* Edges with a smaller angle count as parallel. The parallelogram's error is 1e-16 over the angle, of terms that are a
+   thousand times the force a few sides away; the parallel formula's error is about the angle: 1e-6 of such a force at
+   most, 1e-8 of a cell's own. */
 #define PARALLEL 2e-7
-/* Largest core of opening, over the mean depth of its line: with it the stiffness of planes that dip by 15 degrees or
-   more is positive definite up to the ground, of squares at 10 too; with 0.3 hardly there, with 0.6 not at 10, and with
-   0.9 not at 30. */
+/* Largest core of opening, over the mean depth of its line. With it the stiffness of planes that dip by 15 degrees or
+   more is positive definite up to the ground, and of squares also at 10 degrees; with 0.3 it hardly is there, with 0.6
+   not at 10, and with 0.9 not at 30 degrees. */
 #define SHALLOW 0.2
 
-/* Two edges: from the second's start to the first's, directions, lengths; and their integrals. */
+/* Two edges: the vector from the second's start to the first's, directions, lengths, and their integrals */
 typedef struct {
   PetscReal D[3], d[2][3], length[2];
   PetscReal J, T[3][3];
-  PetscReal line; /* of edges on one line R times the logarithm of the core of opening over that of slip, else 0 */
+  PetscReal line; /* R times the logarithm of the core of opening over that of slip; 0 unless on one line */
 } Edges;
 
-/* Of edges at an angle of the given sine */
+/* Integrates edges at an angle of the given sine. */
 static void Parallelogram(Edges *e, PetscReal sine, const PetscReal normal[3])
 {
   const PetscReal *d = e->d[0], size = e->length[0] + e->length[1], least = PetscSqr(1e-20 * size);
@@ -97,7 +98,7 @@ static void Parallelogram(Edges *e, PetscReal sine, const PetscReal normal[3])
     }
 }
 
-/* The same of parallel edges; core is used where they are within touch of one line, whose mean depth bounds that of
+/* Integrates parallel edges; core is used if they are within touch of one line, whose mean depth bounds the core of
    opening. */
 static void Parallel(Edges *e, PetscReal touch, PetscReal core, PetscReal depth)
 {
@@ -137,7 +138,7 @@ static void Parallel(Edges *e, PetscReal touch, PetscReal core, PetscReal depth)
                    r[i] * r[j] * sum[1];
 }
 
-/* Whether an edge lies on the line of another one, to touch */
+/* Returns whether an edge lies on the line of another one, within touch. */
 static PetscBool OnLine(const Edges *e, PetscReal touch)
 {
   for (int j = 0; j < 2; j++) {
@@ -159,23 +160,23 @@ static void Take(const SlipTriangleLoop *loop, int k, PetscReal d[3], PetscReal 
   for (int i = 0; i < 3; i++) d[i] /= *length;
 }
 
-/* Depth of an edge's middle */
+/* Returns the depth of an edge's middle. */
 static PetscReal Middle(const SlipTriangleLoop *loop, int k)
 {
   return 0.5 * PetscAbsReal(loop->vertices[3 * k + 2] + loop->vertices[3 * ((k + 1) % 3) + 2]);
 }
 
-/* (m x d).(n x c) */
+/* Returns (m x d).(n x c). */
 static PetscReal Across(const PetscReal m[3], const PetscReal d[3], const PetscReal n[3], const PetscReal c[3])
 {
   return SlipDot(m, n) * SlipDot(d, c) - SlipDot(m, c) * SlipDot(d, n);
 }
 
 /*
-  SlipTriangleLoops - 4 pi/G times the force of the stress drop on one triangle along its own slip, by that of the other
-  one, for each of na slips of the one and nb slips of the other, [na][nb]; core: on edges that both have in common, as
-  a share of the lesser height: with the geometric mean a needle beside a triangle of many times its height has a core
-  that is wider than itself, and a stiffness that is negative
+  SlipTriangleLoops - computes 4 pi/G times the force of the stress drop on one triangle along its own slip, by that of
+  the other one, for each of na slips of the one and nb slips of the other, [na][nb]; core: core of edges that both
+  share, over the smaller height: with the geometric mean a thin triangle beside one of many times its height would have
+  a core that is wider than itself, and a negative stiffness
 */
 void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
                        const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
@@ -220,8 +221,8 @@ void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, con
 }
 
 /*
-  SlipTriangleLoopEdge - what 4 pi/G times a triangle's own force along a by slip b changes by where an edge has ratio
-  times the core along share of it
+  SlipTriangleLoopEdge - computes the change of 4 pi/G times a triangle's own force along a by slip b if an edge has
+  ratio times the core along share of it
 */
 PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal a[3], const PetscReal b[3],
                                PetscInt edge, PetscReal share, PetscReal ratio)

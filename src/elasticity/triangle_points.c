@@ -1,14 +1,14 @@
 /*
-  Fields of a triangle at points of the ground, x north, y east, z down: the frames around triangle.c, and what is
-  refused.
+  Fields of a triangle at points in the ground, x north, y east, z down: the conversion to the coordinates of
+  triangle.c, and checks of input.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
-/* A triangle's height as a share of its longest side, below which it is none. */
+/* Smallest height of a triangle over its longest side */
 #define FLAT 1e-6
-/* Planes that are horizontal or vertical, and vertical ones that strike north, to this angle [rad], are so exactly to
-   what is chosen there. */
+/* Planes that are horizontal or vertical, or vertical and striking north, within this angle [rad] count as such in the
+   choice of directions. */
 #define EXACT 1e-9
 
 static PetscErrorCode SlipTriangleCheck_Private(const PetscReal vertices[9])
@@ -28,8 +28,8 @@ static PetscErrorCode SlipTriangleCheck_Private(const PetscReal vertices[9])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a unit normal points into the hanging wall, after Aki & Richards: upward; of a vertical plane to the right
-   of a strike in [0, 180) degrees, which is to the south where it does not strike north. */
+/* Returns whether a unit normal points into the hanging wall, after Aki & Richards: upward, or for a vertical plane to
+   the right of a strike in [0, 180) degrees, which is to the south unless it strikes north. */
 PetscBool SlipHangingWall(const PetscReal normal[3])
 {
   if (PetscAbsReal(normal[2]) > EXACT) return (PetscBool)(normal[2] < 0);
@@ -38,7 +38,7 @@ PetscBool SlipHangingWall(const PetscReal normal[3])
 }
 
 /*@
-  SlipTriangleDirections - strike, dip and directions of a triangle, after Aki & Richards (1980)
+  SlipTriangleDirections - computes strike, dip and directions of a triangle, after Aki & Richards (1980)
 
   Not collective, pure
 
@@ -53,8 +53,8 @@ PetscBool SlipHangingWall(const PetscReal normal[3])
                plane into the hanging wall; right-handed, those of SlipPlaneDirections() at rake 0; or NULL
 
   Notes:
-  A horizontal triangle has the strike 0: its directions are north, west and up. Horizontal, vertical and striking
-  north are planes to 1e-9 rad.
+  A horizontal triangle has the strike 0: its directions are north, west and up. Planes count as horizontal, vertical
+  and striking north within 1e-9 rad.
 
   Where side is below the plane the dip is more than 90 degrees, and the strike the opposite one, so that neighbours
   of a surface that turns over have directions that differ by little. Slip along strike and opening are the same
@@ -104,7 +104,7 @@ PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A triangle that slips, checked */
+/* Checks and sets up a triangle that slips. */
 static PetscErrorCode SlipTriangleCreate_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9],
                                                  const PetscReal slip[3], SlipTriangle *s)
 {
@@ -159,7 +159,7 @@ static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space
 }
 
 /*@
-  SlipTriangleDisplacement - displacement of points by uniform slip on a triangle
+  SlipTriangleDisplacement - computes the displacement of points by uniform slip on a triangle
 
   Not collective, pure
 
@@ -179,10 +179,10 @@ static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space
   Strike, dip and hanging wall are those of SlipTriangleDirections() without a side. Lengths may have any one unit.
   The shear modulus does not matter.
 
-  A point of the triangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a
-  triangle that breaks the surface gets the limit along the ground from there. On an edge across which the triangle
-  slips the displacement has the logarithm of the distance: an edge gets the value at 1e-20 of the coordinates from
-  it. Elsewhere, on extensions of edges and above and below vertices too, there is nothing to be minded.
+  A point on the triangle, to 1e-14 of the coordinates, belongs to the hanging wall; a point on the trace of a triangle
+  that breaks the surface has the limit from there along the ground. On an edge across which the triangle slips the
+  displacement has the logarithm of the distance, and the value at 1e-20 of the coordinates from it is returned. All
+  other points, also on extensions of edges and above and below vertices, need no care.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a triangle whose height is less than 1e-6 of its longest side,
   one that lies on the ground, and vertices and points above a free surface
@@ -203,7 +203,7 @@ PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, cons
 }
 
 /*@
-  SlipTriangleGradient - gradient of the displacement of points by uniform slip on a triangle
+  SlipTriangleGradient - computes the gradient of the displacement of points by uniform slip on a triangle
 
   Not collective, pure
 
@@ -220,8 +220,8 @@ PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, cons
 . gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
 
   Notes:
-  On an edge of the triangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and
-  changes its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
+  On an edge of the triangle, to 1e-14 of the coordinates, the gradient is infinite: the term in 1 / distance, which
+  changes its sign around the edge, is left out, and the rest is returned. Next to an edge values are not limited.
 
   Far away, at the distance d from a triangle of the side a, edges cancel to 1e-14 (d/a)^2 of the value, more where it
   is flat.
@@ -241,7 +241,7 @@ PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const Pe
 }
 
 /*@
-  SlipTriangleStress - stress at points by uniform slip on a triangle
+  SlipTriangleStress - computes the stress at points by uniform slip on a triangle
 
   Not collective, pure
 
@@ -258,8 +258,8 @@ PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const Pe
   Output Parameter:
 . stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
 
-  Note: on an edge of the triangle, where stress is infinite, what is left without the infinite part, as
-  SlipTriangleGradient() says
+  Note: on an edge of the triangle, where stress is infinite, the finite part is returned, as for
+  SlipTriangleGradient()
 
   Errors: as of SlipTriangleDisplacement()
 
@@ -281,8 +281,8 @@ PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_spac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* traction [n][slips][3] along the directions of each receiver, at its centroid, by unit slip along the first
-   directions of its own source */
+/* Computes the traction [n][slips][3] along the directions of each receiver, at its centroid, by unit slip along the
+   first directions of its own source. */
 static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                       const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
                       PetscReal traction[])
@@ -324,8 +324,8 @@ static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt 
 }
 
 /*
-  SlipTriangleTractions - traction [n][3] along the directions of each receiver, at its centroid, by unit slip along
-  the first direction of its own source
+  SlipTriangleTractions - computes the traction [n][3] along the directions of each receiver, at its centroid, by unit
+  slip along the first direction of its own source
 */
 void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
                            const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
@@ -335,8 +335,8 @@ void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, Pets
 }
 
 /*
-  SlipTriangleVectorTractions - traction [n][slips][3] likewise, by unit slip along the first 2 or 3 directions of its
-  own source: both in the plane, and opening
+  SlipTriangleVectorTractions - computes the traction [n][slips][3] in the same way, by unit slip along the first 2 or 3
+  directions of its own source: both in the plane, and opening
 */
 void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                  const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],

@@ -16,19 +16,18 @@
 
      d^n d_q^k V = -conj^n (d_p - i d_s)^(n - 1) d_q^k L,    d_q^k V = d_p d_q^(k - 2) L,    n >= 1, k >= 2
 
-  as d conj(d) = -d_q^2. What the sum of all edges lacks, the derivatives of L along s there, is 0 as the outline is
-  closed.
+  as d conj(d) = -d_q^2. The derivatives of L along s there are omitted, as their sum over a closed outline is 0.
 */
 #include <slipstep/private/sliptriangle.h>
 
-/* The derivatives of L by p, s and q at an edge, up to third ones of which so many are needed. */
+/* The derivatives of L by p, s and q at an edge, up to the third ones that are needed */
 typedef struct {
   PetscReal p, s, q;
   PetscReal pp, ps, pq, ss, sq, qq;
   PetscReal ppp, pps, ppq, pss, psq, pqq, sss, ssq, sqq, qqq;
 } Line;
 
-/* The loops have no calls and no branches, so that compilers make vector code of them; fourth is a constant. */
+/* The loops have no calls and no branches, so that compilers vectorize them; fourth is a constant. */
 SLIP_WITHIN Line LineOf(const SlipTriangleEdges *e, const SlipTrianglePoints *points, PetscInt edge, PetscInt k,
                         PetscBool fourth)
 {
@@ -41,7 +40,7 @@ SLIP_WITHIN Line LineOf(const SlipTriangleEdges *e, const SlipTrianglePoints *po
 
   for (int i = 0; i < 2; i++) {
     const PetscReal sign = i ? -1 : 1, s = end[i], R2 = r2 + s * s, R = PetscSqrtReal(R2 > least ? R2 : least);
-    const PetscReal inverse = R2 > least ? 1 / R : 0, i2 = inverse * inverse; /* a vertex: without what is infinite */
+    const PetscReal inverse = R2 > least ? 1 / R : 0, i2 = inverse * inverse; /* vertex: no infinite terms */
     const SlipLine line = SlipLineOf(s, side, r2 > least ? r2 : least, R, inverse);
 
     Y += sign * line.Y;
@@ -113,7 +112,7 @@ SLIP_WITHIN void Edge(const SlipTriangleEdges *e, const SlipTrianglePoints *p, P
   }
 }
 
-/* From those rows to those of SlipPotential */
+/* Converts these rows to those of SlipPotential. */
 SLIP_WITHIN void Unfold(PetscInt n, PetscBool fourth, SlipPotential *restrict v)
 {
   for (PetscInt k = 0; k < n; k++) {
@@ -180,7 +179,7 @@ static void First(const SlipTriangleEdges *e, const SlipTrianglePoints *points, 
 }
 
 /*
-  SlipTrianglePotential_Private - derivatives of V: of the orders lowest to 3, or to 4, where lowest is 1 or 2
+  SlipTrianglePotential_Private - computes the derivatives of V of the orders lowest to 3, or to 4; lowest is 1 or 2
 */
 SLIP_WIDE void SlipTrianglePotential_Private(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt lowest,
                                              PetscInt highest, SlipPotential *v)

@@ -1,5 +1,5 @@
 /*
-  What the free surface adds to the fields of a triangle besides derivatives of V: the part F of dipping.c.
+  The terms of the free surface in the fields of a triangle besides derivatives of V: the part F of dipping.c.
 
   There F = 2 (1 - 2 nu) sin(dip) grad (b_x X_xy - b_y X_xx) with X the integral of chi = w ln(R + w) - R over the
   image. As x is in its plane, X_xj is minus the sum over the edges of m_x times the integral of chi_j along the edge,
@@ -12,16 +12,16 @@
   Those of the edge make the integrals N, of chi along it, and K, of chi across it, the ones of dipping_surface.c,
   whose x is across the edge and y along it, and whose dip is the edge's plunge.
 
-  An edge may be taken in either direction; the one is down. Then R + t > 0, but by little where a point lies near the
-  extension of a nearly horizontal edge: there it is taken upward, as 1 + tz > 1/2 is all that is needed.
+  An edge may have either direction; usually it is downward. Then R + t > 0, but it is small where a point lies near the
+  extension of a nearly horizontal edge: such an edge is directed upward, as only 1 + tz > 1/2 is needed.
 */
 #include <slipstep/private/sliptriangle.h>
 
-#define STEEP 0.5 /* an edge of which this share is vertical or more has R + t > 0.13 R, and is taken downward */
+#define STEEP 0.5 /* edges with at least this vertical share have R + t > 0.13 R, and are directed downward */
 
-/* An edge of a point: direction, and where its ends are. */
+/* An edge relative to a point: its direction, and the coordinates of its ends */
 typedef struct {
-  PetscReal sign, ty, tz; /* of the outline's direction against that which is taken; its parts along and down */
+  PetscReal sign, ty, tz; /* sign of the outline's direction relative to the chosen one; its parts along and down */
   PetscReal x, q, t[2];
 } Image;
 
@@ -45,7 +45,7 @@ SLIP_WITHIN Image ImageOf(const SlipTriangleEdges *e, const SlipTrianglePoints *
   return image;
 }
 
-/* v times grad (b_xi K - b_eta N), xi along the edge and eta across it, horizontally turned to x and y */
+/* Adds v times grad (b_xi K - b_eta N), with xi along the edge and eta across it, rotated horizontally to x and y. */
 static void EdgeFirst(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge,
                       PetscReal sum[6][SLIP_LANES])
 {
@@ -99,8 +99,8 @@ SLIP_WIDE static void EdgeSecond(const SlipTriangleEdges *e, const SlipTriangleP
 }
 
 /*
-  SlipTriangleLog_Private - the sum above: its first derivatives along strike, to the right and down, or the second
-  ones, xx yy zz xy xz yz, where gradient is true
+  SlipTriangleLog_Private - computes the first derivatives of the sum above along strike, to the right and down, or the
+  second ones, xx yy zz xy xz yz, if gradient is true
 */
 void SlipTriangleLog_Private(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscBool gradient,
                              PetscReal sum[6][SLIP_LANES])

@@ -17,9 +17,9 @@ static const double point[POINTS / 2] = {0.1834346424956498, 0.5255324099163290,
                                          0.9602898564975363},
                                    weight[POINTS / 2] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
                                                          0.1012285362903763};
-#define PANEL 0.5 /* longest: of J0, whose integral it then has to rounding */
+#define PANEL 0.5 /* longest panel, for which the integral of J0 is accurate to rounding */
 
-/* int_x^y J0 */
+/* Returns int_x^y J0. */
 static double Between(double x, double y)
 {
   const int panels = 1 + (int)((y - x) / PANEL);
@@ -36,7 +36,7 @@ static double Between(double x, double y)
 }
 
 /*@
-  SlipWaveStatic - W(0): the static stiffness of a mode over G k/2
+  SlipWaveStatic - returns W(0), the static stiffness of a mode over G k/2
 
   Not collective, pure
 
@@ -53,7 +53,7 @@ PetscReal SlipWaveStatic(SlipWaveMode mode, PetscReal ratio)
   return mode == SLIP_WAVE_ANTIPLANE ? 1 : 2 * (1 - 1 / (ratio * ratio));
 }
 
-/* W_III(x), and the integral of x W_III(x) from 0, of J = int_0^x J0 */
+/* Return W_III(x), and the integral of x W_III(x) from 0, from J = int_0^x J0. */
 static double Antiplane(double x, double J)
 {
   return 1 + j1(x) - J;
@@ -65,7 +65,7 @@ static double Moment(double x, double J)
 }
 
 /*@
-  SlipWaveKernel - W(T), what of the stress of slip of one wavenumber is still to come
+  SlipWaveKernel - computes W(T), the part of the stress by slip of one wavenumber that arrives after the time T
 
   Not collective, pure
 

@@ -1,11 +1,11 @@
 /*
-  The kernels of waves as sums of decaying exponentials, which remember the slip of any history in as many numbers.
+  The kernels of waves as sums of decaying exponentials, with which any history of slip is stored in as many numbers.
 
   Poles are those of a rational function that interpolates the Laplace transform of -dW/dT just right of the imaginary
-  axis, point after point where it is farthest off (AAA: Nakatsukasa, Sete & Trefethen 2018), its support points and
-  weights in conjugate pairs, so that all is real. Poles of the right half-plane, which are noise, are left out, and so
-  are those that hardly decay. The amplitudes are the least squares of W(T) over times, bound to W(0), so that slip
-  which has just begun meets the impedance alone, and to the integral 1, so that slow slip meets none.
+  axis, at points that are added where its error is largest (AAA: Nakatsukasa, Sete & Trefethen 2018). Support points
+  and weights are conjugate pairs, so that all results are real. Poles in the right half-plane, which are noise, are
+  removed, and so are those that hardly decay. The amplitudes fit W(T) over times by least squares with two constraints:
+  W(0), so that slip which has just begun has the impedance alone, and the integral 1, so that slow slip has no damping.
 */
 #include <slipwaves.h>
 #include <slipcompat.h>
@@ -13,29 +13,29 @@
 #include <complex.h>
 #include <math.h>
 
-#define OFFSET 5e-4  /* real part of the points where the transform is met: half of 1/SLIP_WAVE_LONGEST */
-#define SLOWEST 1e-4 /* decay, so that nothing lasts much longer than the times at which amplitudes are found */
-#define NEAR 60      /* times up to there have equal distances, */
+#define OFFSET 5e-4  /* real part of the points that interpolate the transform: half of 1/SLIP_WAVE_LONGEST */
+#define SLOWEST 1e-4 /* slowest decay, so that none lasts much longer than the times to which amplitudes are fitted */
+#define NEAR 60      /* times up to here have equal distances */
 #define NEAR_TIMES 2000
-#define FAR_TIMES 1000 /* and more up to SLIP_WAVE_LONGEST equal ratios */
+#define FAR_TIMES 1000 /* later times, up to SLIP_WAVE_LONGEST, have equal ratios */
 #define TIMES (NEAR_TIMES + FAR_TIMES)
-#define BOUND 1e3 /* weight of what binds the amplitudes, in least squares that are projected to it afterwards */
-#define FINER 0.5 /* next tolerance of the transform */
+#define BOUND 1e3 /* weight of the constraints in least squares, which are projected on them afterwards */
+#define FINER 0.5 /* ratio of the transform's next tolerance to the last */
 #define FINEST 1e-12
-#define CUTOFF 1e-13 /* relative, of singular values */
+#define CUTOFF 1e-13 /* relative cutoff of singular values */
 enum { AROUND = 140, HIGH = 120, BELOW = 60, POINTS = 4 * AROUND + HIGH + BELOW, PAIRS = SLIP_WAVE_MOST_POLES };
 
 typedef struct {
   SlipWaveMode mode;
   double ratio;
-  int n; /* of points */
+  int n; /* number of points */
   double complex Z[POINTS], F[POINTS];
   PetscBool support[POINTS];
-  int m; /* of pairs of support points */
+  int m; /* number of pairs of support points */
   double complex z[PAIRS], f[PAIRS], w[PAIRS];
 } Fit;
 
-/* Laplace transform of -dW/dT, Re p > 0, without cancellation for small p */
+/* Returns the Laplace transform of -dW/dT, Re p > 0, without cancellation for small p. */
 static double complex Transform(const Fit *fit, double complex p)
 {
   const double complex s = csqrt(p - I) * csqrt(p + I);
@@ -47,7 +47,7 @@ static double complex Transform(const Fit *fit, double complex p)
   return (4 + p * p - 4 * (1 + 1 / (a * a) + p * p / (a * a)) / (1 + X)) / s - p;
 }
 
-/* Frequencies: dense around the branch points 1 and a, and far beyond */
+/* Sets the frequencies, which are dense around the branch points 1 and a, and extend far beyond. */
 static void SetPoints(Fit *fit)
 {
   const int inplane = fit->mode == SLIP_WAVE_INPLANE;
@@ -73,7 +73,7 @@ static void SetPoints(Fit *fit)
   }
 }
 
-/* The rational function at a point that is no support point */
+/* Returns the rational function at a point that is no support point. */
 static double complex Rational(const Fit *fit, double complex Z)
 {
   double complex N = 0, D = 0;
@@ -87,7 +87,7 @@ static double complex Rational(const Fit *fit, double complex Z)
   return N / D;
 }
 
-/* Weights: the right singular vector of the least singular value of the linearised error, real and imaginary part */
+/* Sets the weights to the right singular vector of the linearised error's least singular value, real and imaginary. */
 static PetscErrorCode SetWeights(Fit *fit, PetscReal A[], PetscReal work[], PetscBLASInt size)
 {
   const int m = fit->m;
@@ -118,7 +118,7 @@ static PetscErrorCode SetWeights(Fit *fit, PetscReal A[], PetscReal work[], Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One more pair of support points, where the function is farthest off; *error: relative, with it */
+/* Adds a pair of support points where the error is largest; *error is the relative error after that. */
 static PetscErrorCode AddPair(Fit *fit, PetscReal A[], PetscReal work[], PetscBLASInt size, double *error)
 {
   double worst = -1, largest = 0;
@@ -144,8 +144,8 @@ static PetscErrorCode AddPair(Fit *fit, PetscReal A[], PetscReal work[], PetscBL
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The zeros of the denominator sum w/(Z - z): eigenvalues of diag(z) - e (w z)'/sum(w), in real form, but for one that
-   is 0. Of each pair the one above, of the left half-plane. */
+/* Finds the zeros of the denominator sum w/(Z - z), which are eigenvalues of diag(z) - e (w z)'/sum(w), in real form,
+   except one that is 0. It takes the upper one of each pair in the left half-plane. */
 static PetscErrorCode FindPoles(const Fit *fit, SlipWavePoles *p)
 {
   PetscBLASInt n = 2 * fit->m, one = 1, info, size = 16 * PAIRS;
@@ -182,7 +182,7 @@ static PetscErrorCode FindPoles(const Fit *fit, SlipWavePoles *p)
 
 /* ---- amplitudes ---- */
 
-/* What W(0) and the integral of W are of the unknown k: real or imaginary part of a_k/2 */
+/* Computes the coefficients of the unknown k, real or imaginary part of a_k/2, in W(0) and in the integral of W. */
 static void Bind(const SlipWavePoles *p, PetscInt k, PetscReal c[2])
 {
   const PetscReal x = p->s[k - k % 2], y = p->s[k - k % 2 + 1], square = x * x + y * y;
@@ -191,7 +191,7 @@ static void Bind(const SlipWavePoles *p, PetscInt k, PetscReal c[2])
   c[1] = -(k % 2 ? y : x) / square; /* Re -a/s */
 }
 
-/* The least change of the amplitudes that binds them exactly */
+/* Makes the least change of the amplitudes with which they satisfy both constraints exactly. */
 static void Project(SlipWavePoles *p, const PetscReal to[2])
 {
   PetscReal G[3] = {0, 0, 0}, off[2] = {to[0], to[1]}, c[2], x[2], det;
@@ -215,7 +215,7 @@ static void Project(SlipWavePoles *p, const PetscReal to[2])
   }
 }
 
-/* A [rows][2 n] by columns: the exponentials of all times, and two rows that bind */
+/* Sets A [rows][2 n] by columns: the exponentials at all times, and two rows of constraints. */
 static void SetExponentials(const SlipWavePoles *p, PetscBLASInt rows, const PetscReal T[], PetscReal A[])
 {
   for (PetscInt k = 0; k < p->n; k++)
@@ -261,7 +261,7 @@ static PetscErrorCode FindAmplitudes(const Fit *fit, const PetscReal T[], const 
 
 /* ---- all together ---- */
 
-/* Finer and finer, until W is as exact as is asked for */
+/* Reduces the tolerance of the transform until W has the wanted accuracy. */
 static PetscErrorCode Refine(Fit *fit, PetscReal tolerance, const PetscReal T[], const PetscReal W[], SlipWavePoles *p)
 {
   const PetscBLASInt size = 64 * (TIMES + 2);
@@ -283,7 +283,7 @@ static PetscErrorCode Refine(Fit *fit, PetscReal tolerance, const PetscReal T[],
 }
 
 /*@
-  SlipWavePolesCreate - W as a sum of decaying exponentials
+  SlipWavePolesCreate - computes W as a sum of decaying exponentials
 
   Not collective, pure
 
@@ -293,7 +293,7 @@ static PetscErrorCode Refine(Fit *fit, PetscReal tolerance, const PetscReal T[],
 - tolerance - largest error of W, 1e-8 to 1e-1, dimensionless
 
   Output Parameter:
-. poles - the sum, to be freed by SlipWavePolesDestroy(); its sum of amplitudes is W(0), its integral 1, as those of W
+. poles - the sum, which SlipWavePolesDestroy() frees; its sum of amplitudes is W(0), its integral 1, as those of W
 
   Level: developer
 
@@ -334,7 +334,7 @@ PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal
 }
 
 /*@C
-  SlipWavePolesEvaluate - the sum of exponentials at a time
+  SlipWavePolesEvaluate - evaluates the sum of exponentials at a time
 
   Not collective, pure
 
@@ -357,12 +357,12 @@ PetscReal SlipWavePolesEvaluate(const SlipWavePoles *p, PetscReal T)
 }
 
 /*@C
-  SlipWavePolesDestroy - free a sum of exponentials
+  SlipWavePolesDestroy - frees a sum of exponentials
 
   Not collective, pure
 
   Input Parameter:
-. p - the sum, which has none then
+. p - the sum, which is empty afterwards
 
   Level: developer
 

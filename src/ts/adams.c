@@ -466,7 +466,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
 
 /*MC
   TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand sides a
-  step, or more where stability asks for them
+  step, or more where stability needs them
 
   Options Database Keys:
 + -ts_adams_max_order <5>       - highest order of the predictor

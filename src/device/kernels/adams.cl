@@ -1,12 +1,12 @@
-// Steps of TSADAMS, as in src/ts/adamssum.c. Items have four entries, so that processors, which do not see that so many arrays are apart, have
-// vector code all the same.
+// Steps of TSADAMS, as in src/ts/adamssum.c. Each item has four entries, so that processors use vector code although their compilers cannot
+// know that so many arrays do not overlap.
 
 #define NODES 10
 typedef struct {
   double of[4][NODES];
 } Weights;
 
-// Entries 4 i to 4 i + 3 of n, and 0 beyond
+// Returns entries 4 i to 4 i + 3 of n, and 0 beyond n.
 static double4 four(int i, int n, __global const double *x)
 {
   const int k = 4 * i;
@@ -27,7 +27,7 @@ static void put_four(int i, int n, double4 y, __global double *x)
   }
 }
 
-// The derivatives, of which those beyond the last one are it again, with weights of 0: there are no branches
+// The derivatives; arguments beyond the last one repeat it with weights of 0, so that there are no branches
 #define RATES                                                                                                                              \
   __global const double *r0, __global const double *r1, __global const double *r2, __global const double *r3, __global const double *r4,   \
     __global const double *r5, __global const double *r6, __global const double *r7, __global const double *r8, __global const double *r9
@@ -42,7 +42,7 @@ static double sum_four(double4 x)
   return x.x + x.y + (x.z + x.w);
 }
 
-// y = start + the sum of derivatives times weight 0; the sum of y, which is no number where one of them is none
+// Computes y = start + the sum of derivatives times weight 0, and the sum of y, which is NaN if an entry is.
 __kernel void adams(int n, __global const double *start, RATES, Weights weights, __global double *y, __global double *room)
 {
   __local double all[ITEMS];
@@ -60,7 +60,7 @@ __kernel void adams(int n, __global const double *start, RATES, Weights weights,
   fold(1, 1, mine, all, room);
 }
 
-// |sum by weights| over its tolerance, 0 where there is none
+// Returns |sum by weights| over its tolerance, and 0 where there is no tolerance.
 static double4 share_of(double4 e, double4 x, double4 absolute, double4 relative)
 {
   const double4 size = fabs(x), other = fabs(x + e), tolerance = absolute + relative * select(size, other, other > size);
@@ -68,7 +68,7 @@ static double4 share_of(double4 e, double4 x, double4 absolute, double4 relative
   return select((double4)0, fabs(e) / tolerance, tolerance > 0);
 }
 
-// What is no number counts as infinite.
+// Returns the larger one; NaN counts as infinite.
 static double4 larger_four(double4 a, double4 b)
 {
   return select((double4)INFINITY, select(a, b, b > a), b == b);
@@ -79,8 +79,8 @@ static double largest_four(double4 x)
   return fmax(fmax(x.x, x.y), fmax(x.z, x.w));
 }
 
-// The same with three estimates, the sums by the other weights, over their tolerances: sums of squares, and how many have a tolerance; the
-// largest of each
+// Does the same, and for three estimates, the sums by the other weights over their tolerances, computes the sums of squares, the numbers of
+// entries with a tolerance, and the largest values.
 __kernel void adams_norms(int n, __global const double *start, RATES, Weights weights, __global double *y, __global const double *absolute,
                           __global const double *relative, __global double *room)
 {

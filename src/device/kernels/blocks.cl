@@ -1,8 +1,8 @@
 // Products of a grid's block per wavenumber along strike, as in src/mat/grid/blocks_device.c. Fields have rows of `width` numbers, twice as
-// many as wavenumbers; numbers of a block at all wavenumbers are one behind the other.
+// many as wavenumbers; a block's number is stored for all wavenumbers one after the other.
 
-// Field c of cell i is u[step * i + c] times its share, if there is one, [field][cell]; zeros beyond the grid. A row of the launch for each row
-// of each field.
+// Pads fields with zeros beyond the grid. Field c of cell i is u[step * i + c], times its share [field][cell] if there is one. Each row of each
+// field is a row of the launch.
 __kernel void blocks_pad(int nx, int nz, int width, int step, int shared, __global const double *share, __global const double *u,
                          __global double *pad)
 {
@@ -12,8 +12,8 @@ __kernel void blocks_pad(int nx, int nz, int width, int step, int shared, __glob
   pad[(size_t)row * width + i] = i < nx ? (shared ? share[(size_t)c * nx * nz + cell] * u[cell] : u[(size_t)step * cell + c]) : 0;
 }
 
-// y = A x at each wavenumber for four rows of A [m columns][rows], or of half a symmetric one: row a from column a on. Fields of x behind the
-// first nz rows are times the imaginary unit, and so is, the other way round, y from row `turned` on. Transforms of reals are real at the
+// Computes y = A x at each wavenumber for four rows of A [m columns][rows], or of half a symmetric A: row a from column a on. Rows of x after
+// the first nz are multiplied by the imaginary unit, and rows of y from `turned` on are divided by it. Transforms of reals are real at the
 // first and at the last wavenumber.
 __kernel void blocks_product(int waves, int rows, int m, int symmetric, int nz, int turned, __global const double *A, __global const double2 *x,
                              __global double2 *y)
@@ -40,7 +40,7 @@ __kernel void blocks_product(int waves, int rows, int m, int symmetric, int nz, 
   }
 }
 
-// And back: y[step * i + c] is field c of cell i, or y[i] the sum over `fields` of them times their shares
+// Does the reverse: y[step * i + c] is field c of cell i, or y[i] is the sum over `fields` of them times their shares.
 __kernel void blocks_take(int nx, int nz, int width, int step, int fields, double scale, int shared, __global const double *share,
                           __global const double *pad, __global double *y)
 {

@@ -1,12 +1,12 @@
-// The first of the kernels' files, which CMakeLists.txt joins to one program. Numbers are doubles; sums have a fixed tree, so that their bits
-// repeat.
+// The first of the kernels' files, which CMakeLists.txt joins to one program. Numbers are doubles; sums have a fixed order, so that their bits
+// are reproducible.
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 
-// Places of the groups of a reduction, and of its items
+// Numbers of groups of a reduction, and of items in a group
 #define ITEMS 128
 
-// The items that a work item has of n. All of them have as many turns, of which the last may be none: processors, on which a group is a
-// loop over its items, then have that loop inside of this one, between barriers, and vector units for it.
+// Loops over the items of n that a work item has. All work items have equally many turns, of which the last may be empty: a processor, on which
+// a group is a loop over its items, then has that loop inside of this one, between barriers, and can vectorize it.
 #ifdef PROCESSOR
 #define TOGETHER barrier(CLK_LOCAL_MEM_FENCE)
 #else
@@ -14,17 +14,17 @@
 #endif
 #define EACH(i, n)                                                                                                                         \
   for (int turn = 0, i = get_global_id(0); turn < (n); turn += get_global_size(0), i += get_global_size(0), TOGETHER) if (i < (n))
-// The same where the code of one item is of vectors by itself
+// The same loop for items whose own code is of vectors
 #define EACH_ALONE(i, n) for (int i = get_global_id(0); i < (n); i += get_global_size(0))
 
-// What is no number counts as infinite; a is a number.
+// Returns the larger one; NaN counts as infinite; a is not NaN.
 static double larger(double a, double b)
 {
   return b == b ? (b > a ? b : a) : INFINITY;
 }
 
-// The results of a group from those of its items, into room [results][groups]. Sums first, then largest values. By a tree, or on processors,
-// where it would take longer than what it sums, one after the other in four parts.
+// Reduces the results of a group's items to room [results][groups]: sums first, then largest values. It uses a tree; on processors, where a
+// tree would take longer than the loop itself, it adds one after the other in four parts.
 static void fold(int results, int sums, double *mine, __local double *all, __global double *room)
 {
   const int i = get_local_id(0), group = get_group_id(0), groups = get_num_groups(0);
@@ -51,7 +51,7 @@ static void fold(int results, int sums, double *mine, __local double *all, __glo
   }
 }
 
-// And those of all groups
+// Reduces the results of all groups.
 __kernel void fold_groups(__global const double *room, int groups, int results, int sums, __global double *out)
 {
   const int k = get_global_id(0);

@@ -1,6 +1,6 @@
 // Products with a dense matrix [n][m], whose column is m numbers one after the other, as in src/mat/common/matdevice.c
 
-// Of each row the sums over so many groups of columns, one beside the other
+// Computes for each row the sums over so many groups of columns, one beside the other.
 __kernel void dense_parts(int m, int n, int groups, __global const double *A, __global const double *x, __global double *parts)
 {
   const int i = get_global_id(0), group = get_global_id(1), row = min(i, m - 1), each = (n + groups - 1) / groups;

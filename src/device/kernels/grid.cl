@@ -1,6 +1,6 @@
 // The stiffness of a uniform grid, as in src/mat/grid/toeplitz.c
 
-// Fields u and z u, zero beyond the grid, in rows of `width` numbers; height rows a field
+// Pads the fields u and z u with zeros beyond the grid, in rows of `width` numbers, with height rows per field.
 __kernel void grid_pad(int nx, int nz, int width, int height, int fields, __global const double *z, __global const double *u, __global double *pad)
 {
   const int i = get_global_id(0), j = get_global_id(1);
@@ -13,8 +13,8 @@ __kernel void grid_pad(int nx, int nz, int width, int height, int fields, __glob
   if (fields > 1) pad[at + (size_t)width * height] = j < nz ? z[j] * x : 0;
 }
 
-// In place on pairs (k, -k) of wavenumbers in depth: u(k) = T u(k) + A(k) u(-k) and, of the second field, q(k) (z u)(-k). T, A and q
-// [height/2 + 1][columns]; without hankel A is 0.
+// Computes in place, for pairs (k, -k) of wavenumbers in depth, u(k) = T u(k) + A(k) u(-k) and, for the second field, q(k) (z u)(-k). T, A and
+// q are [height/2 + 1][columns]; without hankel A is 0.
 __kernel void grid_symbol(int columns, int height, int fields, int hankel, __global const double *T, __global const double2 *A, __global const double2 *Q,
                           __global double2 *pad)
 {

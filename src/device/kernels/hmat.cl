@@ -1,20 +1,20 @@
 // Products with a hierarchical matrix, as in src/mat/hmatrix/hdevice.c. Its numbers are in up to four arrays, in either precision; all
-// arithmetic is in double precision. v has x in the order of the clusters, behind it what columns of panels give, and sums over parts of
+// arithmetic is in double precision. v has x in the order of the clusters, then the products of panels' columns, and sums over parts of
 // their rows.
 
-// at: of the first number, in numbers of its precision; kind: the array, times 2, and 1 where numbers are in single precision
+// at: place of the first number, in numbers of its precision; kind: 2 times the array, plus 1 for single precision
 typedef struct {
   long at;
   int kind, stride, rows, columns, x, t;
 } Dots;
 
-// kind: likewise, -1: t itself, row by row
+// kind: as above; -1: t itself, row by row
 typedef struct {
   long at;
   int kind, stride, columns, t;
 } Sums;
 
-// Rows of y from row on, `first` of them behind the first one of their leaf, which has items start to end
+// Rows of y from `row` on, which begin `first` rows after the first row of their leaf; the leaf has the items start to end
 typedef struct {
   int row, rows, first, start, end, unused;
 } Chunk;
@@ -33,7 +33,7 @@ __kernel void hmat_order(int n, __global const int *from, __global const double 
   if (i < n) v[i] = x[from[i]];
 }
 
-// Of a panel the products of its columns with x, a group each: rows are spread over 32 items, columns over four times as many
+// Computes the products of a panel's columns with x, one group per panel: 32 items share the rows, four times as many the columns.
 __kernel void hmat_dots(int n, __global const Dots *panels, ARRAYS, __global double *v)
 {
   __local double all[BATCH][LANES + 1], part[BATCH][9];
@@ -69,7 +69,7 @@ __kernel void hmat_dots(int n, __global const Dots *panels, ARRAYS, __global dou
   }
 }
 
-// Of panels whose rows were cut: entry (to, from, parts, how far they are apart)
+// Adds up the parts of panels whose rows were divided: entry (to, from, parts, their distance).
 __kernel void hmat_fold(int n, __global const int4 *entries, __global double *v)
 {
   const int i = get_global_id(0);
@@ -82,7 +82,7 @@ __kernel void hmat_fold(int n, __global const int4 *entries, __global double *v)
   v[e.x] = sum;
 }
 
-// Rows of y, a group for so many: 2^shift items a row's neighbours, the others take columns in turn
+// Computes rows of y, one group per chunk: 2^shift items have adjacent rows, and the others share the columns.
 __kernel void hmat_sums(int n, int shift, __global const Chunk *chunks, __global const Sums *items, ARRAYS, __global const double *v,
                         double scale, __global const int *to, __global double *y)
 {

@@ -1,6 +1,6 @@
-// What loads a fault of rate and state, where it changes, as src/fault/loads/loads.c and coupling.c have it
+// Loads of a fault with rate-and-state friction that change with time, as in src/fault/loads/loads.c and coupling.c
 
-// The exponential integral E1(x), x > 0: SlipExponentialIntegral()
+// Returns the exponential integral E1(x), x > 0, as SlipExponentialIntegral() does.
 static double exponential_integral(double x)
 {
   double sum, term = 1, b = x + 1, c = 1e300, d = 1 / b;
@@ -28,8 +28,8 @@ static double exponential_integral(double x)
   return sum * exp(-x);
 }
 
-// Pore pressures. What is there already counts where `own` is not 0; between two rows of a record; and of a source, which began for a time
-// `open` and may have stopped for a time `shut`, times 4 D.
+// Computes pore pressures: the present values if `own` is not 0, plus those between two rows of a record, and those of a source that began a
+// time `open` ago and may have stopped a time `shut` ago (both are multiplied by 4 D).
 __kernel void fault_pressure(int n, int own, int recorded, long row, double share, __global const double *record, double scale, double open,
                              double shut, __global const double *distance2, __global double *pressure)
 {
@@ -47,7 +47,7 @@ __kernel void fault_pressure(int n, int own, int recorded, long row, double shar
   pressure[i] = own ? p + pressure[i] : p;
 }
 
-// w (T0 + t dT/dt), t since `origin`, along the rake of each cell, of c components
+// Computes w (T0 + t dT/dt), t since `origin`, along the rake of each cell, for c components.
 __kernel void fault_shear(int n, int c, int grows, double origin, double t, __global const double *cells, __global double *shear)
 {
   const int i = get_global_id(0);
@@ -59,7 +59,7 @@ __kernel void fault_shear(int n, int c, int grows, double origin, double t, __gl
   }
 }
 
-// What friction and radiation damping balance where slip has no stress: with the far field
+// Computes the load, with the far field, that friction and radiation damping balance if slip has no stress.
 __kernel void fault_load(int n, int c, int shears, int grows, double origin, double t, double eta, __global double *cells)
 {
   const int i = get_global_id(0);
@@ -73,7 +73,7 @@ __kernel void fault_load(int n, int c, int shears, int grows, double origin, dou
   }
 }
 
-// What the law keeps under the normal stress that pressure, unless pressed is 0, and slip, unless coupled is, leave
+// Computes the law's stored numbers under the normal stress less pressure, if pressed is not 0, and its change by slip, if coupled is not 0.
 __kernel void fault_strength(int n, double eta, double V0, int pressed, int coupled, __global const double *pressure, __global const double *rise,
                              __global double *cells)
 {
@@ -91,7 +91,7 @@ __kernel void fault_strength(int n, double eta, double V0, int pressed, int coup
   }
 }
 
-// Cells whose pressure exceeds their normal stress
+// Counts cells whose pressure exceeds their normal stress.
 __kernel void fault_open(int n, __global const double *cells, __global const double *pressure, __global double *room)
 {
   __local double all[ITEMS];
@@ -101,7 +101,7 @@ __kernel void fault_open(int n, __global const double *cells, __global const dou
   fold(1, 1, mine, all, room);
 }
 
-// Cells that have lost their normal stress, other than those where bare is not 0; and the least one, with its sign changed
+// Counts cells that have lost their normal stress, except where bare is not 0, and finds the least normal stress times -1.
 __kernel void fault_bare(int n, __global const double *cells, __global const double *bare, __global double *room)
 {
   __local double all[ITEMS];

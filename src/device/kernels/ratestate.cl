@@ -1,7 +1,7 @@
-// A fault of rate and state, whose slip has c = 1 or 2 components
+// A fault with rate-and-state friction, whose slip has c = 1 or 2 components
 
-// What its cells keep, [n] each one behind the other: of the law, psi = s - SHIFT; of the load; and where these change what they are made of.
-// With two components ALONG is the unit vector of loading.
+// The stored numbers of cells, [n] each, one after the other: of the law, with psi = s - SHIFT; of the load; and, if these change, the numbers
+// from which they follow. With two components ALONG is the unit vector of loading.
 enum { OFFSET, SLOPE, INVERSE, SCALE, LOAD, SLIP, LOADING, TRACTION, WEIGHT, CREEP, SHIFT };
 enum { LOAD_UP = 11, ALONG, ALONG_UP, GROWTH = 14, DIRECT, REFERENCE, FOLLOW, NORMAL, STRESS };
 #define OF(what) cells[(what)*n + i]
@@ -17,8 +17,8 @@ static double size_of(int c, double x, double y)
   return c == 1 ? fabs(x) : hypot(x, y);
 }
 
-// Exponential and logarithm of numbers without calls or branches, from which compilers make vector code on processors; as
-// src/core/ratestate.c has them, to 2 ulp, and to 1e-5 where they are rough.
+// Exponential and logarithm without calls or branches, so that compilers vectorize them on processors; they are those of
+// src/core/ratestate.c, with an error of 2 ulp, or of 1e-5 for the rough ones.
 #define ROUNDER 6755399441055744.0 // 1.5 * 2^52
 #define LN2_HIGH 6.93147180369123816490e-01
 #define LN2_LOW 1.90821492927058770002e-10
@@ -88,7 +88,7 @@ static double rough_log(double x)
   return exponent * (LN2_HIGH + LN2_LOW) + t * (0.99991888 + t * (-0.49923359 + t * (0.33734499 + t * (-0.27349856 + t * 0.1751314))));
 }
 
-// w of w + ln w = L, Lambert's W(e^L), L >= -708, and 1/(1 + w)
+// Returns w of w + ln w = L, Lambert's W(e^L), L >= -708, and 1/(1 + w).
 static double lambert_of_exp(double L, double *inverse)
 {
   const double x = rough_exp(L > 20 ? 20 : L), more = rough_log(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
@@ -105,13 +105,13 @@ static double log_sinh(double y)
   return y > 20 ? y - M_LN2 : log(sinh(y));
 }
 
-// Where the closed form does not hold: y + c sinh y = load, y = mu/a, by Newton's method from above, where it is monotone, with ln c
+// Solves y + c sinh y = load, y = mu/a, where the closed form does not hold, by Newton's method from above, where it is monotone, with ln c.
 static double rate_by_newton(double load, double log_c, double scale)
 {
   double z = log(load) - log_c, y = fmin(load, z > 20 ? z + M_LN2 : asinh(exp(z)));
 
   if (load == 0) return 0;
-  if (z < -600) return scale * load; // no strength to speak of
+  if (z < -600) return scale * load; // the strength is negligible
   for (int k = 0; k < 100; k++) {
     const double s = exp(log_c + log_sinh(y)), change = (y + s - load) / (1 + (y > 20 ? s : s / tanh(y)));
 
@@ -121,7 +121,7 @@ static double rate_by_newton(double load, double log_c, double scale)
   return scale * exp(log_c + log_sinh(y));
 }
 
-// What no rate is marks cells for which the closed form does not hold, whose branches are in a kernel of their own.
+// An invalid rate marks cells for which the closed form does not hold; a kernel of its own has their branches.
 #define LEAST_LOG (-700.0)
 #define MARK DBL_MAX
 
@@ -134,7 +134,7 @@ static double closed_form(double load, double L, double scale)
   return (y > 10) & (L > LEAST_LOG) & (scale > 0) ? speed : MARK;
 }
 
-// The slip rates of a state; force is K u
+// Computes the slip rates of a state; force is K u.
 __kernel void fault_rates(int n, __global const double *restrict cells, __global const double *restrict state, __global const double *restrict force,
                           __global double *restrict rate)
 {
@@ -149,7 +149,7 @@ __kernel void fault_rates(int n, __global const double *restrict cells, __global
   }
 }
 
-// Of two components, along the stress
+// Computes slip rates of two components, along the stress.
 __kernel void fault_rates_2(int n, __global const double *restrict cells, __global const double *restrict state,
                             __global const double *restrict force, __global double *restrict rate)
 {
@@ -165,7 +165,7 @@ __kernel void fault_rates_2(int n, __global const double *restrict cells, __glob
   }
 }
 
-// Those of the cells that are marked
+// Computes the slip rates of the marked cells.
 __kernel void fault_others(int n, int c, double eta, __global const double *restrict cells, __global const double *restrict state,
                            __global const double *restrict force, __global double *restrict rate)
 {
@@ -187,7 +187,7 @@ static double state_rate(int slip_law, double V0, double length, double psi, dou
   return (V0 * exp_of(-psi < 200 ? -psi : 200) - speed) / length;
 }
 
-// The derivative of a state, of its slip rates
+// Computes the derivative of a state from its slip rates.
 __kernel void fault_derivative(int n, int slip_law, double V0, __global const double *restrict cells, __global const double *restrict state,
                                __global const double *restrict rate, __global double *restrict f)
 {
@@ -218,7 +218,7 @@ __kernel void fault_derivative_2(int n, int slip_law, double V0, __global const 
   }
 }
 
-// c numbers of each block from `start` on, into a vector of slip, and back
+// Copies c numbers of each block, from `start` on, to a vector of slip; fault_place() copies them back.
 __kernel void fault_take(int n, int c, int block, int start, __global const double *state, __global double *x)
 {
   const int i = get_global_id(0);
@@ -233,7 +233,7 @@ __kernel void fault_place(int n, int c, int block, int start, __global const dou
   for (int k = 0; k < c && i < n; k++) state[block * i + start + k] = x[c * i + k];
 }
 
-// The largest magnitude of the first c numbers of blocks
+// Finds the largest magnitude of the first c numbers of blocks.
 __kernel void fault_fastest(int n, int c, int block, __global const double *state, __global double *room)
 {
   __local double all[ITEMS];
@@ -243,7 +243,7 @@ __kernel void fault_fastest(int n, int c, int block, __global const double *stat
   fold(1, 0, mine, all, room);
 }
 
-// How many displacements and states are out of bounds, or no numbers
+// Counts displacements and states that are out of bounds or NaN.
 __kernel void fault_outside(int n, int c, double displacement, double bound, __global const double *state, __global double *room)
 {
   __local double all[ITEMS];
@@ -256,7 +256,7 @@ __kernel void fault_outside(int n, int c, double displacement, double bound, __g
   fold(1, 1, mine, all, room);
 }
 
-// mu sigma and V dmu/dV sigma of a cell by what it keeps: ln(V0/scale) - f0/a, b/a and a sigma/eta
+// Returns mu sigma and V dmu/dV sigma of a cell from its stored ln(V0/scale) - f0/a, b/a and a sigma/eta.
 static double strength(double psi, double speed, double offset, double slope, double scale, double eta, double *direct)
 {
   // ln(V/(2 V0)) + (f0 + b psi)/a, as offset is ln(V0/scale) - f0/a
@@ -268,7 +268,7 @@ static double strength(double psi, double speed, double offset, double slope, do
   return strength * ((x > 0 ? x : 0) + log_of((x > 0 ? 1 : small) + root));
 }
 
-// Of cell i, 0 where it does not slide
+// Returns the strength of cell i, and 0 if it does not slide.
 static double strength_of(int n, int i, double eta, __global const double *cells, double s, double speed, double *direct)
 {
   const bool slides = (OF(SCALE) > 0) & (speed > 0);
@@ -278,7 +278,7 @@ static double strength_of(int n, int i, double eta, __global const double *cells
   return slides ? q : 0;
 }
 
-// The largest dv/dtau of the balance
+// Finds the largest dv/dtau of the balance.
 __kernel void fault_relaxation(int n, int c, double eta, __global const double *cells, __global const double *state, __global const double *rate,
                                __global double *room)
 {
@@ -289,14 +289,14 @@ __kernel void fault_relaxation(int n, int c, double eta, __global const double *
     const double speed = size_of(c, rate[c * i], c == 1 ? 0 : rate[c * i + 1]), most = eta * OF(SCALE); // a sigma
     double direct;
     const double q = strength_of(n, i, eta, cells, STATE, speed, &direct);
-    const double growth = q > 10 * most ? most : direct; // far from 0 as the processor has it
+    const double growth = q > 10 * most ? most : direct; // bounded away from 0, as on the processor
 
     mine[0] = larger(mine[0], (speed > 0) & !(OF(CREEP) > 0) ? speed / (eta * speed + growth) : 0);
   }
   fold(1, 0, mine, all, room);
 }
 
-// Sums over the cells in the order of SlipFaultSumId, and the largest |v|; since: what the shear load has grown for, where it grows
+// Sums over the cells in the order of SlipFaultSumId, and the largest |v|; since: time for which the shear load has grown, if it grows
 enum { V, ABS_V, V2, U, S, SLIDING, U_KU, V_KU, VINF_KU, VINF, U_T, LOADING_T, STRENGTH, WEAKENING, PUSH, NUM_SUMS };
 __kernel void fault_sums(int n, int c, double eta, int shears, int grows, double since, __global const double *cells, __global const double *state,
                          __global const double *force, __global double *room)
@@ -336,7 +336,7 @@ __kernel void fault_sums(int n, int c, double eta, int shears, int grows, double
   fold(NUM_SUMS + 1, NUM_SUMS, mine, all, room);
 }
 
-// Of a state: what radiation damping takes of the slip rate relative to the far field, what the far field puts into that, and what friction takes
+// Computes a state's power of radiation damping for the slip rate relative to the far field, of the far field, and of friction.
 __kernel void fault_powers(int n, int c, double eta, __global const double *cells, __global const double *state, __global double *room)
 {
   __local double all[ITEMS];
@@ -355,7 +355,7 @@ __kernel void fault_powers(int n, int c, double eta, __global const double *cell
   fold(3, 3, mine, all, room);
 }
 
-// Of one of several faults: what friction takes, and the sums of slip rate, displacement and loading along the rake
+// Computes for one of several faults the power of friction, and the sums of slip rate, displacement and loading along the rake.
 __kernel void fault_share(int n, int c, int which, double eta, __global const double *faults, __global const double *cells,
                           __global const double *state, __global double *room)
 {
@@ -375,7 +375,7 @@ __kernel void fault_share(int n, int c, int which, double eta, __global const do
   fold(4, 4, mine, all, room);
 }
 
-// The largest slip since displacements were u, a time dt ago
+// Finds the largest slip since displacements were u, a time dt ago.
 __kernel void fault_slip(int n, int c, double dt, __global const double *cells, __global const double *state, __global const double *u,
                          __global double *room)
 {

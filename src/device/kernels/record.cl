@@ -1,6 +1,6 @@
-// What observers of a fault of rate and state read of a step, as src/record has it
+// Values of a step that observers of a fault with rate-and-state friction read, as in src/record
 
-// Of m cells, in rows of `out` [m][2 c + 3]: the state, the strength, and the normal stress, where it changes
+// Collects for m cells, in rows of `out` [m][2 c + 3], the state, the strength, and the normal stress if it changes.
 __kernel void fault_look(int m, int n, int c, double eta, int changes, __global const double *places, __global const double *cells,
                          __global const double *state, __global double *out)
 {
@@ -18,8 +18,8 @@ __kernel void fault_look(int m, int n, int c, double eta, int changes, __global 
   }
 }
 
-// Displacements of the ground since those of the fault were u0, and their rates relative to the far field: `count` numbers from number `first`
-// on, each a row of the matrix [numbers][c n]
+// Computes displacements of the ground since those of the fault were u0, and their rates relative to the far field: `count` numbers from number
+// `first` on, each of which is a row of the matrix [numbers][c n].
 #define MOST 12
 __kernel void fault_ground(int n, int c, int first, int count, __global const double *matrix, __global const double *u0,
                            __global const double *cells, __global const double *state, __global double *room)
@@ -43,8 +43,8 @@ __kernel void fault_ground(int n, int c, int first, int count, __global const do
   fold(2 * count, 2 * count, mine, all, room);
 }
 
-// When cells first exceed a rate, since the onset of their event, within a step of length dt that begins at `begin` after it: nodes of the
-// step and their shares of it; -1 is never. As SlipCatalogueMarkRuptured()
+// Finds when cells first exceed a rate, since the onset of their event, in a step of length dt that begins at `begin` after it, from nodes at
+// shares of the step; -1: never. It does the same as SlipCatalogueMarkRuptured().
 __kernel void fault_rupture(int n, int c, int nodes, double bound, double begin, double dt, double share0, double share1, double share2,
                             __global const double *node0, __global const double *node1, __global const double *node2, __global double *rupture)
 {

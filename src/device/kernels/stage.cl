@@ -1,6 +1,7 @@
-// Stages of set-valued friction: the preconditioner on an endless plane, as in src/mat/grid/toeplitz_root.c, and what src/snes does cell by cell
+// Stages of set-valued friction: the preconditioner on an endless plane, as in src/mat/grid/toeplitz_root.c, and loops over cells of src/snes
 
-// A field on a plane of 2 length rows, from row `first` on, zero elsewhere; with image even about both ends of its first length rows
+// Pads a field on a plane of 2 length rows: it begins at row `first`, and is zero elsewhere; with image it is even about both ends of the first
+// length rows.
 __kernel void plane_pad(int nx, int nz, int width, int length, int first, int image, __global const double *u, __global double *pad)
 {
   const int i = get_global_id(0), j = get_global_id(1), row = (j < length || !image ? j : 2 * length - 1 - j) - first;
@@ -8,7 +9,7 @@ __kernel void plane_pad(int nx, int nz, int width, int length, int first, int im
   if (i < width) pad[(size_t)j * width + i] = i < nx && row >= 0 && row < nz ? u[(size_t)row * nx + i] : 0;
 }
 
-// Over f of S, values [length + 1][columns], which is even in both wavenumbers
+// Divides by f of S, values [length + 1][columns], which is even in both wavenumbers.
 __kernel void plane_inverse(int columns, int length, double identity, double root, double stiffness, double slope, double limit, double smallest,
                             __global const double *values, __global double2 *pad)
 {
@@ -28,7 +29,7 @@ __kernel void plane_take(int nx, int nz, int width, int first, __global const do
   if (i < nx && j < nz) y[(size_t)j * nx + i] = pad[(size_t)(first + j) * width + i];
 }
 
-// z = x where the mask is not 0, else y
+// Sets z = x where the mask is not 0, and z = y elsewhere.
 __kernel void choose(int n, __global const double *mask, __global const double *x, __global const double *y, __global double *z)
 {
   const int i = get_global_id(0);
@@ -36,7 +37,7 @@ __kernel void choose(int n, __global const double *mask, __global const double *
   if (i < n) z[i] = mask[i] != 0 ? x[i] : y[i];
 }
 
-// y = B (m x) + slope x on the sliding set, x elsewhere
+// Computes y = B (m x) + slope x on the sliding set, and y = x elsewhere.
 __kernel void stage_jacobian(int n, __global const double *mask, __global const double *slope, __global const double *x, __global const double *product,
                              __global double *y)
 {
@@ -79,7 +80,7 @@ __kernel void stage_natural(int n, double omega, __global const double *x, __glo
   }
 }
 
-// x of what sticks, or slides against its own direction, is 0, and r its reaction; result: the largest |F|
+// Sets x to 0 in cells that stick, or slide against their own direction, and r to their reaction; result: the largest |F|
 __kernel void stage_finish(int n, double omega, __global double *x, __global double *r, __global const double *g, __global const double *q,
                            __global const double *F, __global const double *rho)
 {
@@ -94,7 +95,7 @@ __kernel void stage_finish(int n, double omega, __global double *x, __global dou
   }
 }
 
-// Of a state whose F_s is f
+// Computes the reaction of a state whose F_s is f.
 __kernel void stage_reaction(int n, __global const double *x, __global const double *q, __global const double *f, __global double *r)
 {
   const int i = get_global_id(0);
@@ -102,7 +103,7 @@ __kernel void stage_reaction(int n, __global const double *x, __global const dou
   if (i < n) r[i] = reaction(1, x[i], -f[i], q[i]);
 }
 
-// 1 / x, and how many are not positive
+// Computes 1 / x, and counts entries that are not positive.
 __kernel void stage_inverse(int n, __global double *x, __global double *room)
 {
   __local double all[ITEMS];
@@ -124,7 +125,7 @@ __kernel void stage_sticking(int n, __global double *x)
   if (i < n) x[i] = x[i] != 0 ? 0 : 1;
 }
 
-// e = 0 where the mark is not 1
+// Sets e to 0 where the mark is not 1.
 __kernel void stage_drop(int n, __global const double *mark, __global double *e)
 {
   const int i = get_global_id(0);
@@ -168,7 +169,7 @@ __kernel void moreau_error(int n, double h, double share, double slope, __global
   }
 }
 
-// Of y - z over the tolerance of the larger of both, as TSErrorWeightedNorm(): the sum of squares, how many have a tolerance, and the largest
+// Divides y - z by the tolerance of the larger of both, as TSErrorWeightedNorm(): sum of squares, count of tolerances, and largest
 __kernel void weighted_norm(int n, double atol, double rtol, double vectors, __global const double *y, __global const double *z,
                             __global const double *absolute, __global const double *relative, __global double *room)
 {
@@ -188,12 +189,12 @@ __kernel void weighted_norm(int n, double atol, double rtol, double vectors, __g
 
 // ---- faults whose friction sticks, of one component and one state that does not heal: their numbers are (v, u, s) ----
 
-// What cells keep, [n] each one behind the other
+// The stored numbers of cells, [n] each, one after the other
 enum { KEPT_RESIDUAL, KEPT_DROP, KEPT_DISTANCE, KEPT_RATE, KEPT_STRESS, KEPT_VINF, KEPT_T0, KEPT_DT0 };
 enum { EXPONENTIAL, LINEAR, BY_RATE, CONSTANT };
 #define KEPT(what) cells[KEPT_##what * n + i]
 
-// What mu of a cell exceeds its residual by, and its derivatives
+// Returns mu of a cell less its residual value, and the derivatives.
 static double excess(double law, double drop, double distance, double rate, double s, double v, double *ds, double *dv)
 {
   const double fall = 1 / (1 + v / rate), left = drop * exp_of(-s / distance);
@@ -287,7 +288,7 @@ __kernel void stick_add_reaction(int n, double a, __global const double *r, __gl
   if (i < n) F[3 * i] += a * r[i];
 }
 
-// Over the mass, 0 without
+// Divides by the mass; without mass the result is 0.
 __kernel void stick_mass(int n, double mass, __global double *k)
 {
   const int i = get_global_id(0);
@@ -295,7 +296,7 @@ __kernel void stick_mass(int n, double mass, __global double *k)
   if (i < n) k[3 * i] = mass != 0 ? k[3 * i] / mass : 0;
 }
 
-// As SlipKickConstant() of src/core/kickrule.c
+// Does the same as SlipKickConstant() of src/core/kickrule.c.
 static double kick(double mass, double eta, double a, double g, double q, double v)
 {
   double end = 0;
@@ -371,7 +372,7 @@ __kernel void stick_sums(int n, double law, double shears, double time, __global
   fold(NUM_SUMS + 1, NUM_SUMS, mine, all, room);
 }
 
-// The sums of a mode x whose K x is kx, in the order of SlipFaultModeId
+// Computes the sums of a mode x whose K x is kx, in the order of SlipFaultModeId.
 __kernel void stick_mode(int n, double law, double mass, __global const double *w, __global const double *x, __global const double *kx,
                          __global const double *cells, __global double *room)
 {
@@ -389,7 +390,7 @@ __kernel void stick_mode(int n, double law, double mass, __global const double *
   fold(3, 3, mine, all, room);
 }
 
-// |e_s| and d|v|/dt of what slides
+// Computes |e_s| and d|v|/dt of sliding cells.
 __kernel void stick_estimates(int n, double estimates, double derivatives, __global const double *w, __global const double *e, __global const double *d,
                               __global double *room)
 {
@@ -405,7 +406,7 @@ __kernel void stick_estimates(int n, double estimates, double derivatives, __glo
   fold(2, 2, mine, all, room);
 }
 
-// What a step's error does to the balance, and the slip that is left, in the order of src/run/watch/slipestimate.c
+// Computes the effect of a step's error on the balance, and the remaining slip, in the order of src/run/watch/slipestimate.c.
 __kernel void stick_step(int n, double law, double mass, __global const double *w, __global const double *e, __global const double *ku,
                          __global const double *cells, __global double *room)
 {
@@ -425,7 +426,7 @@ __kernel void stick_step(int n, double law, double mass, __global const double *
   fold(4, 4, mine, all, room);
 }
 
-// In the order of src/run/watch/courseestimate.c
+// Computes sums in the order of src/run/watch/courseestimate.c.
 __kernel void stick_timing(int n, double mass, __global const double *w, __global const double *e, __global const double *d, __global double *room)
 {
   __local double all[ITEMS];
@@ -444,7 +445,7 @@ __kernel void stick_timing(int n, double mass, __global const double *w, __globa
   fold(6, 6, mine, all, room);
 }
 
-// What damping takes of the rate relative to the far field, what the far field puts into that, and what friction takes, r or of the state
+// Computes the power of damping for the rate relative to the far field, of the far field, and of friction, with r or the state's strength.
 __kernel void stick_powers(int n, double law, double known, __global const double *w, __global const double *relative, __global const double *damping,
                            __global const double *r, __global const double *cells, __global double *room)
 {
@@ -463,7 +464,7 @@ __kernel void stick_powers(int n, double law, double known, __global const doubl
   fold(3, 3, mine, all, room);
 }
 
-// Stops at 0 the cells that a step from one point to another would turn round, and counts them
+// Stops at 0 the cells whose motion a step from one point to another would reverse, and counts them.
 __kernel void stage_turn(int n, __global const double *from, __global const double *q, __global double *to, __global double *room)
 {
   __local double all[ITEMS];

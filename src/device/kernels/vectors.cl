@@ -1,4 +1,4 @@
-// Vectors
+// Operations on vectors
 
 __kernel void set(int n, double a, __global double *x)
 {
@@ -7,7 +7,7 @@ __kernel void set(int n, double a, __global double *x)
   if (i < n) x[i] = a;
 }
 
-// y = c z + the sum of m of a x; z may be y, and does not count where c is 0
+// Computes y = c z + the sum of m terms a x; z may be y, and is not read if c is 0.
 __kernel void combine(int n, __global double *y, double c, __global const double *z, int m, double a0, __global const double *x0, double a1,
                       __global const double *x1, double a2, __global const double *x2, double a3, __global const double *x3)
 {
@@ -30,7 +30,7 @@ __kernel void multiply(int n, __global const double *x, __global const double *y
   if (i < n) z[i] = x[i] * y[i];
 }
 
-// 0 where y is, as PETSc has it
+// Divides x by y; z is 0 where y is 0, as with PETSc.
 __kernel void divide(int n, __global const double *x, __global const double *y, __global double *z)
 {
   const int i = get_global_id(0);
@@ -38,7 +38,7 @@ __kernel void divide(int n, __global const double *x, __global const double *y, 
   if (i < n) z[i] = y[i] != 0 ? x[i] / y[i] : 0;
 }
 
-// y = entries start, start + step, ... of x, and back
+// Copies entries start, start + step, ... of x to y; scatter() copies them back.
 __kernel void gather(int n, int start, int step, __global const double *x, __global double *y)
 {
   const int i = get_global_id(0);
@@ -62,7 +62,7 @@ __kernel void dot_product(int n, __global const double *x, __global const double
   fold(1, 1, mine, all, room);
 }
 
-// The sums of x, |x| and x^2, and the largest |x|
+// Computes the sums of x, |x| and x^2, and the largest |x|.
 __kernel void norms(int n, __global const double *x, __global double *room)
 {
   __local double all[ITEMS];
@@ -79,7 +79,7 @@ __kernel void norms(int n, __global const double *x, __global double *room)
   fold(4, 3, mine, all, room);
 }
 
-// The largest |x| of entries start, start + step, ...
+// Finds the largest |x| of entries start, start + step, ...
 __kernel void largest(int n, int start, int step, __global const double *x, __global double *room)
 {
   __local double all[ITEMS];
@@ -93,7 +93,7 @@ __kernel void largest(int n, int start, int step, __global const double *x, __gl
   fold(1, 0, mine, all, room);
 }
 
-// How many entries differ
+// Counts the entries that differ.
 __kernel void differ(int n, __global const double *x, __global const double *y, __global double *room)
 {
   __local double all[ITEMS];

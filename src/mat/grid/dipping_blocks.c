@@ -92,8 +92,7 @@ static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tab
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Plans the transforms of a row's even tables, [0], and of its odd ones without the ends, where these are 0; NULL:
-   none */
+/* Plans the transforms of a row's even tables, [0], and of its odd ones without the ends, which are 0; NULL: none */
 static PetscErrorCode PlanRows(PetscInt nk, PetscInt apart, PetscInt nz, PetscReal row[], fftw_plan plan[2])
 {
   const int length[2] = {(int)nk, (int)nk - 2};
