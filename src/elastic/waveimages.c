@@ -363,11 +363,6 @@ PetscErrorCode SlipWaveImagesAdd(SlipWaveImages w, PetscReal t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void SlipWaveImagesShift(SlipWaveImages w, PetscReal by)
-{
-  for (PetscInt i = 0; i < w->n; i++) w->time[i] -= by;
-}
-
 /* Interpolates the moments of the time `then` in the history, or between its last entry and the present moments. */
 static void MomentsOf(SlipWaveImages w, PetscReal then, PetscReal t)
 {

@@ -46,9 +46,6 @@ def arguments():
                         help="further options of the learned runs, in one word")
     parser.add_argument("--measure", choices=course.MEASURES, default="history",
                         help="what is equal, and what the dial promises")
-    parser.add_argument("--bound", nargs="+", default=[], metavar="FILE",
-                        help="HDF5 with /steps and /error (train -train_algorithm steps), each named as its case: "
-                             "single_01.h5")
     parser.add_argument("--seed", type=int, default=held_out_cases.SEED,
                         help="seed of the drawn faults; another one gives fresh cases")
     parser.add_argument("--cases", nargs="+", default=[""],
@@ -92,22 +89,6 @@ def learned(bench, cases, policy, name, dials, extra=()):
         options = ["-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}", *extra]
         jobs += [Job(case, "policy", name, dial, options, policy) for case in cases]
     return [dict(row, family=name) for row in bench.all(jobs, f"policy {name}")]
-
-
-def read_bounds(paths, cases, measure):
-    names, bounds = {c.name for c in cases}, {}
-    for path in paths:
-        name = os.path.splitext(os.path.basename(path))[0]
-        if name not in names:
-            raise BenchmarkError(f"--bound {path} is named as none of the {len(names)} cases; expected for example "
-                                 f"{min(names)}.h5")
-        with h5py.File(path) as file:
-            of = file.attrs.get("measure", measure)
-            of = of.decode() if isinstance(of, bytes) else of
-            if of != measure:
-                raise BenchmarkError(f"--bound {path} is of the measure {of}; expected --measure {measure}")
-            bounds[name] = {"steps": file["steps"][()].tolist(), "error": file["error"][()].tolist()}
-    return bounds
 
 
 def write(path, measure, runs, table, worst, chosen):
@@ -161,19 +142,18 @@ def main():
     os.makedirs(folder, exist_ok=True)
     bench = Bench(os.path.abspath(o.build), folder, o.jobs)
     cases = chosen_cases(bench, o.seed, o.cases, o.limit)
-    bounds = read_bounds(o.bound, cases, o.measure)
     for case in cases if o.sparse else ():
         case.tolerances = held_out_cases.SPARSE
     worst = bench.references(cases)
     ours = learned(bench, cases, os.path.abspath(o.policy), o.name, o.dials, o.learned_options.split())
     classical = bench.all([Job(c, "classical", *job) for c in cases for job in held_out_cases.classical(c, o.families)],
                           "classical controllers")
-    table, chosen = held_out_score.cells(ours, classical, o.measure, bounds)
+    table, chosen = held_out_score.cells(ours, classical, o.measure)
     report(table, chosen, o.measure)
     write(os.path.join(folder, f"{o.measure}.h5"), o.measure, classical + ours, table, worst, chosen)
     if not o.no_plot:
         import held_out_plot
-        held_out_plot.draw(os.path.join(folder, o.measure), o.measure, classical, ours, bounds)
+        held_out_plot.draw(os.path.join(folder, o.measure), o.measure, classical, ours)
 
 
 if __name__ == "__main__":

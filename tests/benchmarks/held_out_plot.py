@@ -55,7 +55,7 @@ def best_solves(runs, measure):
                   axis=0)
 
 
-def overview(path, measure, classical, ours, bounds):
+def overview(path, measure, classical, ours):
     """A panel a kind: the medians of the envelopes of its cases, one line a controller, and the learned runs."""
     groups = list(dict.fromkeys(r["group"] for r in ours))
     columns = min(3, len(groups))
@@ -69,15 +69,11 @@ def overview(path, measure, classical, ours, bounds):
         ax.plot(ERRORS, np.median([best_solves(of_case, measure) for of_case in by(runs, "case").values()], axis=0),
                 color="black", lw=2, label="best classical family")
         learned(ax, [r for r in ours if r["group"] == group], measure, 4)
-        named = {r["case"] for r in ours if r["group"] == group} & set(bounds)
-        if named:
-            solves = [[solves_at(bounds[c]["steps"], bounds[c]["error"], e) for e in ERRORS] for c in named]
-            ax.plot(ERRORS, np.median(solves, axis=0), "--", color="tab:cyan", lw=2, label="bound")
         finish(ax, f"{group}, {len({r['case'] for r in runs})} cases")
     end(figure, axes, len(groups), measure, path)
 
 
-def panels(path, measure, classical, ours, bounds):
+def panels(path, measure, classical, ours):
     """A panel a case: the envelope of each controller's runs, and the learned runs."""
     names = list(dict.fromkeys(r["case"] for r in ours))
     columns = min(8 if len(names) > 12 else 4, len(names))
@@ -90,9 +86,6 @@ def panels(path, measure, classical, ours, bounds):
             n, e = envelope(*points(runs, measure))
             ax.plot(e, n, color=COLOURS[key], lw=0.9, label=key)
         learned(ax, [r for r in ours if r["case"] == name], measure, 5)
-        if name in bounds:
-            n, e = envelope(bounds[name]["steps"], bounds[name]["error"])
-            ax.plot(e, n, "--", color="tab:cyan", lw=1.5, label="bound")
         finish(ax, name)
     end(figure, axes, len(names), measure, path)
 
@@ -113,9 +106,9 @@ def end(figure, axes, used, measure, path):
     plt.close(figure)
 
 
-def draw(prefix, measure, classical, ours, bounds):
-    overview(f"{prefix}.png", measure, classical, ours, bounds)
+def draw(prefix, measure, classical, ours):
+    overview(f"{prefix}.png", measure, classical, ours)
     for group, runs in by(ours, "group").items():
         names = list(dict.fromkeys(r["case"] for r in runs))[:PAGE]
         slug = group.replace(" ", "").replace(",", "_")
-        panels(f"{prefix}_{slug}.png", measure, classical, [r for r in runs if r["case"] in names], bounds)
+        panels(f"{prefix}_{slug}.png", measure, classical, [r for r in runs if r["case"] in names])

@@ -17,7 +17,7 @@ from slipstep.results.course import MEASURES
 PROMISE = {3e-3: 0.90}  # share of runs that keep the dial
 USUAL_PROMISE = 0.95
 FLOOR = 0.1
-VIEWS = ("equal", "other", "setting", "bound")
+VIEWS = ("equal", "other", "setting")
 
 
 def error(row, measure):
@@ -83,17 +83,11 @@ def best_setting(rows, measure, dial):
     return best[1], best[2]
 
 
-def bound_steps(bound, limit):
-    """The fewest steps of a bound, {"steps": [n], "error": [n]}, within an error; NaN when it has none."""
-    within = [n for n, e in zip(bound["steps"], bound["error"]) if e <= limit] if bound else []
-    return min(within, default=np.nan)
-
-
-def cells(ours, classical, measure, bounds=None):
+def cells(ours, classical, measure):
     """Every run of ours beside the classical runs of its case, as rows. A run of ours that failed has no ratios.
     best_VIEW: solves of the best classical controller at equal error ("equal"), at equal error of the other measure,
-    final slip or history ("other"), with one setting for all cases ("setting"), and steps of the bound."""
-    table, per_case, settings, bounds = [], by(classical, "case"), {}, bounds or {}
+    final slip or history ("other"), and with one setting for all cases ("setting")."""
+    table, per_case, settings = [], by(classical, "case"), {}
     other = "history" if measure == "final_slip" else "final_slip"
     for run in ours:
         dial = run["setting"]
@@ -109,7 +103,6 @@ def cells(ours, classical, measure, bounds=None):
                 row[f"best_{view}_by"] = f"{best['family']}, {best['setting']:g}" if best else ""
             chosen = settings[dial][1].get(run["case"])
             row["best_setting"] = chosen["solves"] if chosen and not chosen["failed"] else np.nan
-            row["best_bound"] = bound_steps(bounds.get(run["case"]), row["error"])
             row.update({f"ratio_{view}": row["best_" + view] / run["solves"] for view in VIEWS})
         table.append(row)
     return table, {dial: s[0] for dial, s in settings.items()}

@@ -77,7 +77,6 @@ PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal 
 /* f -= effect of images at t in the periodic stiffness */
 PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, PetscBool steady, Vec f);
 PETSC_INTERN PetscErrorCode SlipWaveImagesVisit(SlipWaveImages images, SlipState state);
-PETSC_INTERN void SlipWaveImagesShift(SlipWaveImages images, PetscReal by);
 
 /* ---- waves.c, wavesetup.c, wavestate.c ---- */
 
