@@ -9,8 +9,6 @@
 #define TSADAPTLAPUSTA "lapusta"
 #define TSADAPTPI "pi"
 
-PETSC_EXTERN PetscErrorCode SlipAdaptInitializePackage(void); /* creation routines call it; later calls do nothing */
-PETSC_EXTERN PetscErrorCode SlipAdaptSetNorm(TSAdapt adapt, NormType type);
 PETSC_EXTERN PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[]);
 /* The name is a type, and after a colon one of its filters: "pi:fault_history". */
 PETSC_EXTERN PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[]);
@@ -24,13 +22,9 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy
 #define TSADAPTRL_ACCURACY_MAX 1e-1
 #define TSADAPTRL_ACCURACY_DEFAULT 1e-2
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
-PETSC_EXTERN PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy);
-PETSC_EXTERN PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen);
-PETSC_EXTERN PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
 /* Which error the accuracy bounds: "history" (the largest of all), "final_slip" or "event_time" */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[]);
-PETSC_EXTERN PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measure[]);
 
 /* Counts the decisions of the policy, those outside of its training range, failed attempts and halved steps. */
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *outside,
@@ -39,8 +33,6 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decision
 /* A run unlike those of the training continues with the classical controller of its problem, unless strict is set. */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time);
-PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps);
-PETSC_EXTERN PetscErrorCode TSAdaptRLGetFallback(TSAdapt adapt, TSAdaptType *type);
 
 /* A trainer replaces the policy: called once before the first step (last == NULL) and once after every attempt, with
    the observations that names lists, it returns the next step [s]. guarded is true if a guard rail will override it. */

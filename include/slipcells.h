@@ -22,15 +22,6 @@ typedef struct {
   const PetscReal *vertices;
 } SlipCells;
 
-/* Raises an error if cells are not finite, have no extent, reach above the surface, overlap or cross. Messages name
-   source and count rows from 0. */
-PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells, const char source[]);
-
-/* Partitions a mesh by METIS into compact parts of equal cost: computes order [n] (free it by PetscFree()) and nlocal,
-   see above, for a stiffness of this type. */
-PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type,
-                                               PetscInt **order, PetscInt *nlocal);
-
 /* Creates the area-weighted stiffness, which is symmetric: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)) [Pa/m]; K_ij is
    the stress drop at the centre of cell i, or its average there, for unit slip on cell j. type: "dense", "hmat"
    (hierarchical, to the relative tolerance) or "auto". cells->order distributes the rows. */
@@ -45,10 +36,3 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, cons
    NULL) is compression, N x 2 N, not weighted. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                              PetscReal tolerance, Mat *S, Mat *Kn);
-/* Gets the weights A_i / mean(A) of the rows of such a stiffness, borrowed, or NULL if all are 1. */
-PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
-
-/* Sets the relative tolerance of products with a viscosity by Lanczos' method; other types ignore it. */
-PETSC_EXTERN PetscErrorCode MatSlipViscosityAllow(Mat H, PetscReal tolerance);
-PETSC_EXTERN PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance);
-PETSC_EXTERN PetscErrorCode MatSlipViscositySetFromOptions(Mat H);

@@ -93,16 +93,13 @@ typedef struct {
   PetscErrorCode (*images)(SlipElastic, PetscReal *first, PetscReal *last);
 } SlipElasticOps;
 
-PETSC_EXTERN PetscErrorCode SlipElasticInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipElasticRegister(const char name[], PetscErrorCode (*create)(SlipElastic));
-PETSC_EXTERN PetscErrorCode SlipElasticListTypes(char names[], size_t len); /* "|static|...|" */
 /* ---- life cycle ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticCreate(MPI_Comm comm, SlipElastic *el);
 PETSC_EXTERN PetscErrorCode SlipElasticSetType(SlipElastic el, const char type[]);
 PETSC_EXTERN PetscErrorCode SlipElasticSetOps(SlipElastic el, const SlipElasticOps *ops, void *data); /* for types */
 PETSC_EXTERN PetscErrorCode SlipElasticGetData(SlipElastic el, void *data);                           /* for types */
 PETSC_EXTERN PetscErrorCode SlipElasticSetStiffness(SlipElastic el, Mat K, Mat Kn);
-PETSC_EXTERN PetscErrorCode SlipElasticScale(SlipElastic el, PetscReal factor);
 PETSC_EXTERN PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock);
 PETSC_EXTERN PetscErrorCode SlipElasticGetMatrices(SlipElastic el, Mat *K, Mat *Kn, Mat *H); /* for inspection */
 PETSC_EXTERN PetscErrorCode SlipElasticView(SlipElastic el, PetscReal theta, PetscViewer viewer);
@@ -110,33 +107,10 @@ PETSC_EXTERN PetscErrorCode SlipElasticDestroy(SlipElastic *el);
 /* ---- evaluation ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
 PETSC_EXTERN PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
-PETSC_EXTERN PetscErrorCode SlipElasticViscous(SlipElastic el, Vec v, PetscReal tolerance, Vec stress);
 PETSC_EXTERN PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C);
-PETSC_EXTERN PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y);
-PETSC_EXTERN PetscErrorCode SlipElasticForget(SlipElastic el);
-PETSC_EXTERN PetscErrorCode SlipElasticStore(SlipElastic el, Vec x, Vec kx);
-PETSC_EXTERN PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx);
-PETSC_EXTERN PetscErrorCode SlipElasticStoreSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[]);
-PETSC_EXTERN PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear,
-                                             Vec normal);                   /* K x, Kn x: of slow slip */
 PETSC_EXTERN PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x); /* K x = b */
-PETSC_EXTERN PetscErrorCode SlipElasticIsIndefinite(SlipElastic el, PetscInt products, Vec b, Vec x, PetscBool *is);
-PETSC_EXTERN PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h); /* of K and df/dv, borrowed */
-PETSC_EXTERN PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *eta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscReal *stored);
-PETSC_EXTERN PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost);
-PETSC_EXTERN PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega);
-PETSC_EXTERN PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscReal *omega);
 /* ---- history ---- */
-PETSC_EXTERN PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests);
-PETSC_EXTERN PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads);
-PETSC_EXTERN PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step);
-PETSC_EXTERN PetscErrorCode SlipElasticGetImages(SlipElastic el, PetscReal *first, PetscReal *last);
-PETSC_EXTERN PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers);
-PETSC_EXTERN PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool first);
-PETSC_EXTERN PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u);
-PETSC_EXTERN PetscErrorCode SlipElasticRollBack(SlipElastic el);
 PETSC_EXTERN PetscErrorCode SlipElasticFindPast(SlipElastic el, PetscReal t, PetscInt *slot);
 PETSC_EXTERN PetscErrorCode SlipElasticGetPast(SlipElastic el, PetscInt slot, SlipElasticPast *past);
-PETSC_EXTERN PetscErrorCode SlipElasticVisit(SlipElastic el, SlipState state);

@@ -113,7 +113,6 @@ PETSC_EXTERN const SlipKernelType SlipKernelTriangleVector;
    unit opening, and there are no other rows of normal stress. */
 PETSC_EXTERN const SlipKernelType SlipKernelDippingOpening;
 PETSC_EXTERN const SlipKernelType SlipKernelTriangleOpening;
-PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
 /* Computes the block [Pa/m] of a kernel that SlipKernelCheck() accepts. */
 static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source,
                                    PetscReal block[])
@@ -125,17 +124,6 @@ static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *rec
 PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *source, PetscInt n,
                                           const PetscReal points[], PetscReal u[]);
 
-/* Fields at points [n][3] of slip [3] on the source, along strike, up dip and opening, with or without a free surface.
-   Okada (1992). */
-PETSC_EXTERN PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space,
-                                                    const SlipDippingRectangle *source, const PetscReal slip[],
-                                                    PetscInt n, const PetscReal points[], PetscReal u[]);
-PETSC_EXTERN PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
-                                                const PetscReal slip[], PetscInt n, const PetscReal points[],
-                                                PetscReal gradient[]);
-PETSC_EXTERN PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space,
-                                              const SlipDippingRectangle *source, const PetscReal slip[], PetscInt n,
-                                              const PetscReal points[], PetscReal stress[]);
 /* The same for many rectangles with slip [ncells][3]; stress [n][6] */
 PETSC_EXTERN PetscErrorCode SlipRectanglesDisplacement(PetscReal nu, PetscBool full_space, PetscInt ncells,
                                                        const SlipDippingRectangle cells[], const PetscReal slip[],
@@ -143,18 +131,6 @@ PETSC_EXTERN PetscErrorCode SlipRectanglesDisplacement(PetscReal nu, PetscBool f
 PETSC_EXTERN PetscErrorCode SlipRectanglesStress(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt ncells,
                                                  const SlipDippingRectangle cells[], const PetscReal slip[], PetscInt n,
                                                  const PetscReal points[], PetscReal stress[]);
-/* The same for a triangle with the vertices [3][3] and slip [3] along strike, up dip and opening */
-PETSC_EXTERN PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
-                                                     const PetscReal slip[], PetscInt n, const PetscReal points[],
-                                                     PetscReal u[]);
-PETSC_EXTERN PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
-                                                 const PetscReal slip[], PetscInt n, const PetscReal points[],
-                                                 PetscReal gradient[]);
-PETSC_EXTERN PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_space,
-                                               const PetscReal vertices[], const PetscReal slip[], PetscInt n,
-                                               const PetscReal points[], PetscReal stress[]);
-PETSC_EXTERN PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscReal side[],
-                                                   PetscReal angles[], PetscReal directions[]);
 /* The same for many triangles: vertices [ncells][3][3], slip [ncells][3], hanging walls at sides [ncells][3] or NULL */
 PETSC_EXTERN PetscErrorCode SlipTrianglesDisplacement(PetscReal nu, PetscBool full_space, PetscInt ncells,
                                                       const PetscReal vertices[], const PetscReal side[],

@@ -12,7 +12,6 @@
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
-PETSC_EXTERN PetscErrorCode SlipFaultInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one cell */
 PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);         /* -fault_* */
 /* Sets or gets any scalar parameter by its option's name without "fault_": "length_x", "thickness", "nx", ... */
@@ -44,14 +43,12 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char colum
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
 PETSC_EXTERN PetscErrorCode
 SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* adds a friction law with its parameters; slipcore.h */
-PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* creates the cells, which fields may need */
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* creates K, H, parameters and the critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* which features can be combined */
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
-PETSC_EXTERN PetscErrorCode SlipFaultReference(SlipFault fault);
 /* The prefix "upper_" turns -fault_nx into -upper_fault_nx. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[]);
 PETSC_EXTERN PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]);
@@ -64,14 +61,10 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 /* SlipFaultConfigureTS() makes a TS of type bathe (which -ts_type may change afterwards), with smooth right-hand side,
    constraint, reference tolerances, max time 30 s, unlimited rejections and SNES failures, and the functions that
    controllers call (TSSetSlipProblem()). Call TSSetFromOptions() after it. */
-PETSC_EXTERN PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy,
-                                                   PetscReal *rtol);
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
 /* Gets the friction of the local cells, with borrowed arrays. */
 PETSC_EXTERN PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction);
-PETSC_EXTERN PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction);
-PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
 
 typedef struct {
   PetscReal mean_slip_rate, max_slip_rate;                /* [m/s], max of |v| */
@@ -123,6 +116,5 @@ PETSC_EXTERN PetscErrorCode SlipFaultRegisterObserver(const SlipFaultObserver *o
    stopped early, else 0. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code);
-PETSC_EXTERN PetscErrorCode SlipFaultDeclareOptions(void);
 PETSC_EXTERN PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete);
 PETSC_EXTERN PetscErrorCode SlipFaultReportStop(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);

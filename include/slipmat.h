@@ -33,10 +33,6 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const S
    and up dip of cell i; Kn is N x 2 N. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDippingGrid *grid,
                                                                 const char *type, Mat *S, Mat *Kn);
-/* Creates the N x 3 N rows of normal stress of a stiffness with opening, which is 3 N x 3 N. */
-PETSC_EXTERN PetscErrorCode MatCreateSlipNormalRows(Mat S, Mat *Kn);
-/* f = K u and n = Kn u; what both need of u is computed once. Kn was created with K, or is any other. */
-PETSC_EXTERN PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n);
 /* Creates a stiffness from explicit entries: row-major N*N on rank 0 (NULL elsewhere), checked for symmetry (1e-8
    relative) and positive definiteness; source names the file and dataset in error messages. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, const PetscReal *entries,
@@ -44,21 +40,16 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, Pet
 
 /* Sets how products by transforms are computed, before the first product. */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetDepth(Mat K, const char type[]); /* "auto", "blocks" or "transform" */
-PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share);   /* spreads wavenumbers over ranks */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K);
 
-PETSC_EXTERN PetscErrorCode SlipMatInitializePackage(void); /* creation routines call it; later calls do nothing */
 /* Memory of a matrix [bytes]: largest on one process, and in total; -1 if the type does not report it. */
 PETSC_EXTERN PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all);
-/* Why this type was chosen, as text; borrowed, "" if there is nothing to report. */
-PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why);
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m]. type: "sqrtm" (exact matrix
    square root), "spectral" (square root per wavenumber, uniform grids only), "lanczos" (exact, by Lanczos' method in
    each product), "toeplitz" (cheap, with errors of a few per cent along the edges of a uniform grid, for Jacobians),
    "none" (zero). */
 PETSC_EXTERN PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H);
-PETSC_EXTERN PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal across, Mat *H);
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s]. MatMult() caches what depends
@@ -66,12 +57,6 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscR
 PETSC_EXTERN PetscErrorCode MatCreateSlipStage(Mat K, Mat H, PetscReal mass, Mat *B);
 PETSC_EXTERN PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta);
 PETSC_EXTERN PetscErrorCode MatSlipStageGetTheta(Mat B, PetscReal *theta);
-/* "auto", "exact" or "approximate": what MatSlipStageGetApproximation() returns; to be called before solver setup */
-PETSC_EXTERN PetscErrorCode MatSlipStageSetJacobian(Mat B, const char type[]);
-PETSC_EXTERN PetscErrorCode MatSlipStageSetFromOptions(Mat B);
-/* Gets a borrowed stage operator at B's theta with a cheap viscosity, for an inexact Newton method; this is B itself if
-   its viscosity is cheap already. */
-PETSC_EXTERN PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A);
 
 /* PC type for the Jacobian restricted to the sliding set, see slipsnes.h (MATSLIPJACOBIAN) */
 #define PCSLIPSTAGE "slipstage"

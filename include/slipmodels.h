@@ -73,13 +73,6 @@ PETSC_EXTERN const SlipModelOps SlipSlidingModeOps, SlipCircuitOps;
 PETSC_EXTERN PetscErrorCode SlipModelCreate(const SlipModelOps *ops, SlipModelCase setting, SlipModel *model);
 PETSC_EXTERN PetscErrorCode SlipModelDestroy(SlipModel *model);
 PETSC_EXTERN PetscErrorCode SlipModelSetFromOptions(SlipModel model);
-PETSC_EXTERN PetscErrorCode SlipModelSetUp(SlipModel model);
-PETSC_EXTERN PetscInt SlipModelFindObservation(SlipModel model, const char name[]);
 PETSC_EXTERN PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts);
 PETSC_EXTERN PetscErrorCode SlipModelCreateState(SlipModel model, Vec *w);
 PETSC_EXTERN PetscReal SlipModelEnergy(SlipModel model, const PetscReal w[]);
-PETSC_EXTERN void SlipModelExactTable(SlipModel model, PetscReal dt, PetscInt n, PetscReal w[]);
-
-PETSC_EXTERN PetscReal SlipSlidingModeEvent(const SlipSlidingMode *m, PetscReal t, PetscReal w);
-PETSC_EXTERN void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[]);
-PETSC_EXTERN void SlipCircuitAdvance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[]);

@@ -34,10 +34,6 @@ PETSC_EXTERN PetscErrorCode SlipOutputAddTable(SlipOutput output, const char gro
 PETSC_EXTERN PetscErrorCode SlipOutputAddRows(SlipOutput output, PetscInt table, PetscInt n, const PetscReal row[]);
 PETSC_EXTERN PetscErrorCode SlipOutputAddAttribute(SlipOutput output, const char group[], const char name[],
                                                    PetscReal value);
-/* For checkpoints. Sync writes all rows to the disk and counts them. Resume, before TSSolve(), continues the file of an
-   earlier run, FILE.part or else FILE, truncated to these rows. Without a file both do nothing and return 0 rows. */
-PETSC_EXTERN PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *series);
-PETSC_EXTERN PetscErrorCode SlipOutputResume(SlipOutput output, PetscInt steps, PetscInt series);
 /* Adds a number to the summary and to /result; with a NULL label it is omitted from the summary. */
 PETSC_EXTERN PetscErrorCode SlipOutputAddResult(SlipOutput output, const char name[], const char label[],
                                                 const char unit[], PetscReal value);

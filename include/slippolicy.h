@@ -25,7 +25,6 @@ typedef enum {
 } SlipActivation;
 PETSC_EXTERN const char *const SlipActivations[];
 
-PETSC_EXTERN PetscErrorCode SlipPolicyInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[]);
 /* Finds the library's policy for a problem ("fault", ...) in SLIPSTEP_POLICY_DIR, the installation or the source. */
@@ -34,7 +33,6 @@ PETSC_EXTERN PetscErrorCode SlipPolicyFindDefault(MPI_Comm comm, const char prob
 PETSC_EXTERN PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[]); /* via a temporary file and rename */
 PETSC_EXTERN PetscErrorCode SlipPolicyView(SlipPolicy p, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy);
-PETSC_EXTERN PetscErrorCode SlipPolicyReference(SlipPolicy policy);
 
 /* Functions that build a policy in memory, for trainers; they copy arrays. weight is row-major [out][in]. */
 PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *const names[],
@@ -72,16 +70,10 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 #define SLIP_POLICY_MEASURE "measure"
 /* Attribute of a policy whose training has not ended: why its accuracy is not reliable */
 #define SLIP_POLICY_UNFINISHED "unfinished"
-PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
 /* of the training; NULL: unknown */
-PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[], const PetscReal *max[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
-                                                    PetscReal *dt_max);              /* [s] */
-PETSC_EXTERN PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative); /* unit "h" */
-/* Hexadecimal hash of the file's content, which identifies the policy in outputs */
-PETSC_EXTERN PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[]);
-PETSC_EXTERN PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[]);
+                                                    PetscReal *dt_max); /* [s] */
 /* Evaluates the network without allocation or communication. obs [n] is unscaled; the network gets obs * scale +
    offset. action is in [low, high]; outside counts the observations outside the training range (NULL is allowed). */
 PETSC_EXTERN PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal *action,

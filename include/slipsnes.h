@@ -93,7 +93,6 @@ typedef struct {
   PetscBool affine; /* dG/dx is constant: solvers then compute G after a step from their products with dG/dx */
 } SlipConstraintOps;
 
-PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx,
                                                  Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
@@ -101,14 +100,12 @@ PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
    |x_i| where x_i != 0. With 3, the third is the opening x >= 0 with the reaction r >= 0 and x r = 0, and q is a bound
    in addition to that r. cells: a vector with one number per cell, as q. To be called before the first solve. */
 PETSC_EXTERN PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec cells);
-PETSC_EXTERN PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipConstraintSetRefuseUnstable(SlipConstraint con, PetscBool refuse);
 PETSC_EXTERN PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable);
 /* Reaction at the start: -q sign(x) where x != 0; where x = 0, the projection on the cone of the static balance -F_s
    restricted to the reduced rows. */
 PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r);
-PETSC_EXTERN PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, Vec Fs, Vec r);
 
 /* A small dense system A dw/dt = F_s(t, w) + F_r of n states on one process: F_r acts on the listed rows, with one
    reaction |F_r| <= q each. All data are arrays. The user chooses the units, which A dw/dt, F_s and q of a row
@@ -146,6 +143,3 @@ PETSC_EXTERN PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, Pets
    sliding cells and the slope d of the bound (a block of two rows if cells have two components). It is symmetric. The
    PC "slipstage" reads its parts. */
 #define MATSLIPJACOBIAN "slipjacobian"
-PETSC_EXTERN PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J);
-PETSC_EXTERN PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope);
-PETSC_EXTERN PetscErrorCode MatSlipJacobianGetParts(Mat J, Mat *B, Vec *mask, Vec *slope); /* borrowed */

@@ -40,24 +40,13 @@ PETSC_EXTERN PetscErrorCode SlipErrorHandlerPush(const char program[]);
 #define SLIP_EXIT_INCOMPLETE 3
 /* Raises errors, before TSSetFromOptions(), for values that PETSc would refuse without naming the option. */
 PETSC_EXTERN PetscErrorCode SlipCheckSolverOptions(TS ts);
-PETSC_EXTERN PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const char prefix[],
-                                                  const char option[], PetscBool whole, PetscBool *set,
-                                                  PetscReal *value);
 PETSC_EXTERN PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[]);
-PETSC_EXTERN PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const char prefix[],
-                                                const char option[]);
-/* Raises an error for integers that overflow PetscInt, which PETSc would read truncated. */
-PETSC_EXTERN PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char text[]);
-PETSC_EXTERN PetscErrorCode SlipCheckIntegerOption(MPI_Comm comm, PetscOptions options, const char prefix[],
-                                                   const char option[]);
-PETSC_EXTERN PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options);
 /* Prints a warning if a number looks as if it were in another unit. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnit(const char what[], PetscReal value, const char unit[], PetscReal least,
                                            PetscReal most, const char small[], const char large[]);
 /* Converts 90s, 10min, 12h, 20d, 100y in options that are times to seconds. */
 PETSC_EXTERN PetscErrorCode SlipDeclareTimes(const char names[]);
 PETSC_EXTERN PetscErrorCode SlipExpandTimes(PetscOptions options);
-PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
 /* Programs: declares the names, separated by blanks, of their own options with a prefix (without dashes; "word*" for
    all that begin so). */
 PETSC_EXTERN PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[]);
@@ -70,16 +59,12 @@ PETSC_EXTERN PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions opti
 PETSC_EXTERN PetscErrorCode SlipCheckUnusedOptions(void);
 /* Prints a warning for each unused option, which is most often mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
-/* Prints one line on stderr, "program: warning: ...", from the process that calls it. */
-PETSC_EXTERN PetscErrorCode SlipWarning(const char format[], ...);
-PETSC_EXTERN PetscErrorCode SlipWarningsTake(char **text);
 PETSC_EXTERN PetscErrorCode SlipWarningsKeep(PetscBool keep, PetscBool say);
 /* Raises an error on every rank if rank 0 failed in what it did alone. */
 PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);
 /* Programs: SIGTERM, SIGINT, SIGUSR1 and SIGXCPU end the run after the current step; a second one ends it at once. */
 PETSC_EXTERN PetscErrorCode SlipSignalsPush(void);
 PETSC_EXTERN PetscErrorCode SlipSignalsPop(void);
-PETSC_EXTERN PetscErrorCode SlipSignalsCaught(int *number); /* 0: none */
 
 /* Data that a run needs from one step to the next, in a checkpoint that is written or read. Each object visits its data
    by the same calls in both directions, which write the data or replace them by what was written. Collective; numbers

@@ -46,14 +46,10 @@ typedef struct {
 /* Called after each attempt, once it is accepted or rejected; w is the state after it (restored if rejected). */
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
-PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void);   /* creation routines call it; later calls do nothing */
-PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* is ts of type bathe or moreau? */
 /* The method of the next attempts */
 PETSC_EXTERN PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method);
-PETSC_EXTERN PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method);
 PETSC_EXTERN PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method);
-PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h);  /* the longest stable explicit step [s] */
-PETSC_EXTERN PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost); /* relative to an explicit step */
+PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h); /* the longest stable explicit step [s] */
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
 PETSC_EXTERN PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type);
@@ -62,9 +58,7 @@ PETSC_EXTERN PetscErrorCode TSBatheSetFirstStage(TS ts, TSBatheFirstStage rule);
 PETSC_EXTERN PetscErrorCode TSBatheGetFirstStage(TS ts, TSBatheFirstStage *rule);
 PETSC_EXTERN PetscErrorCode TSBatheSetError(TS ts, TSBatheError error);
 PETSC_EXTERN PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error);
-PETSC_EXTERN PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p);
 PETSC_EXTERN PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share);
-PETSC_EXTERN PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p);
 PETSC_EXTERN PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con);
 /* A borrowed vector: the accepted reaction at the current time, which a restarted run starts with */
@@ -79,16 +73,9 @@ PETSC_EXTERN PetscErrorCode TSBatheMonitorCancel(TS ts);
    solution; derivative is dw/dt at the end of the attempt. */
 PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
-/* Quadrature over the last accepted step: borrowed states at these fractions of the step, with their weights */
-PETSC_EXTERN PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3]);
-/* Divides each step into parts, which change neither steps nor estimates and make the solution finer; the function gets
-   the state [v, u, s per cell] at the end of each part. */
-typedef PetscErrorCode (*TSBathePartFn)(TS ts, PetscReal time, Vec w, void *ctx);
-PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx);
 /* Totals since TSSolve() began */
 PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
                                              PetscInt *newton, PetscInt *linear);
-PETSC_EXTERN PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts);
 /* Makes a TS of type bathe integrate a small system (slipsnes.h). TSBatheCheckOptions() fails if -ts_type has changed
    the type since then, because another type would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);

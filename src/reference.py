@@ -7,7 +7,7 @@ index by room.
 
 Pages are PETSc's: comments between slash-star-@ and @-star-slash above a function, and slash-star-MC ... M-star-slash
 for the types that options choose. Everything declared with PETSC_EXTERN in include/*.h and training/sliptrain.h must
-have one. Of the pure functions of src/core, which are collective on nothing and raise nothing, a comment right above
+have one. Of the functions of src/core, which are collective on nothing and raise nothing, a comment right above
 each is enough. The exit code is 1, with a line "file:line: what is wrong" for each, where a page is missing or
 malformed: check_page() has the rules. --output "" checks only.
 """
@@ -94,10 +94,11 @@ class Tree:
             self.error(path, line_of(text, match.start()), "a manual page is not closed")
 
     def read_pure(self, path, text, code):
-        """Functions of core: a comment right above each is its page."""
+        """Functions of core: a comment right above each is the page of those that are public."""
         inline = "(?:static inline )?" if path.endswith(".h") else ""
         for match in re.finditer("^" + inline + r"(?!static|typedef|extern|return)\w[\w\s*]*?\b(\w+)\(", code, re.M):
             end = closing(code, match.end() - 1, "(", ")")
+            hidden = not inline and match[1] not in self.declared
             if not re.match(r"\s*\{", code[end + 1:]) or match[1] in self.pages:
                 continue
             comment = re.search(r"/\*((?:(?!\*/).)*)\*/\n\Z", text[:match.start()], re.S)
@@ -110,7 +111,8 @@ class Tree:
             page.read_prototype(code[match.start():])
             if not page.summary:
                 self.error(path, page.line, f"{page.name} has no comment right above it")
-            self.pages[page.name] = page
+            if not hidden:
+                self.pages[page.name] = page
 
 
 class Page:

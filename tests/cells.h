@@ -1,7 +1,7 @@
 /* Irregular cells that several tests share, and the mesh file of such cells. */
 #pragma once
-#include <slipstep.h>
-#include <sliph5.h>
+#include <slipstep/rooms.h>
+#include <slipstep/rooms/sliph5.h>
 
 /* Cells of a rock by their five columns data [5][n]: x, y, z, length, width */
 static inline SlipCells CellsOfColumns(PetscInt n, const PetscReal data[])

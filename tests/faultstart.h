@@ -1,6 +1,6 @@
 /* The start of a test's run: a fault whose parameters are set, at its initial state. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 typedef struct {

@@ -8,8 +8,8 @@
   thousands take a minute. fuzz KIND -make FILE writes the file that mutants are made of, where the library has to.
 */
 #define _GNU_SOURCE
-#include <slipstep.h>
-#include <sliph5.h>
+#include <slipstep/rooms.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipstep/private/slippolicy.h>
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipsys.h>

@@ -1,7 +1,7 @@
 /* The constraint of a linear system B x - load in r, |r| <= q, for problems of tests; a context that starts with a
    LinearSystem passes these operations on. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 typedef struct {

@@ -1,7 +1,7 @@
 /* A medium that remembers: beside the static stiffness a spring and a dashpot in series on each cell, m' = -m/tau + k
    u', of which it keeps m. Dense. */
 #pragma once
-#include <slipelastic.h>
+#include <slipstep/rooms/slipelastic.h>
 #include <math.h>
 
 typedef struct {

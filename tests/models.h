@@ -1,7 +1,7 @@
 /* What tests of the small models share. */
 #pragma once
 #include "unit.h"
-#include <slipmodels.h>
+#include <slipstep/rooms/slipmodels.h>
 
 #define CIRCUIT_N 3 /* states */
 

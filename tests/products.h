@@ -1,6 +1,6 @@
 /* Operators compared by their products. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 /* |A x - B x| / |B x| */

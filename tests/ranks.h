@@ -1,6 +1,6 @@
 /* main() of the tests that are no cmocka programs: run() on all ranks between PETSc's start and end. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 #define SLIP_RANKS(run)                                                                                                \

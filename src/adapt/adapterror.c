@@ -54,25 +54,10 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipAdaptSetNorm - sets the norm in which a controller measures the error of a step
-
-  Logically collective; before TSSetFromOptions(), whose -ts_adapt_wnormtype overrides it
-
-  Input Parameters:
-+ adapt - of any type
-- type  - `NORM_2`, PETSc's default: the root mean square over the components of the state, in which the error of one
-          component counts the less the more there are; `NORM_INFINITY`: the largest of them
-
-  Options Database Key:
-. -ts_adapt_wnormtype <2> - the same; infinity in explicit runs of a SlipFault
-
-  Level: advanced
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for another norm
-
-.seealso: SlipFaultConfigureTS(), TSErrorWeightedNorm()
-@*/
+/* Sets the norm in which a controller measures the error of a step. type: `NORM_2`, PETSc's default: the root mean
+   square over the components of the state, in which the error of one component counts the less the more there are;
+   `NORM_INFINITY`: the largest of them. Option -ts_adapt_wnormtype <2>: the same; infinity in explicit runs of a
+   SlipFault. Errors: PETSC_ERR_ARG_OUTOFRANGE for another norm. */
 PetscErrorCode SlipAdaptSetNorm(TSAdapt adapt, NormType type)
 {
   PetscFunctionBegin;

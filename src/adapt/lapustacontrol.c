@@ -1,6 +1,6 @@
 /* TSADAPTLAPUSTA chooses steps in which no cell slips too far. */
 #include <slipstep/private/slipadapt.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 
 #define GROWTH 2       /* largest ratio of successive steps */
 #define TOO_LONG 4     /* ratio to the longest allowed step at its end above which a step is rejected */

@@ -15,15 +15,7 @@ static PetscErrorCode Register_Adapt(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipAdaptInitializePackage - registers the step-size controllers, with the integrator and policies
-
-  Not collective; after PetscInitialize(). Later calls do nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), TSADAPTRL
-@*/
+/* Registers the step-size controllers, with the integrator and policies. */
 PetscErrorCode SlipAdaptInitializePackage(void)
 {
   return SlipRegisterOnce(Register_Adapt);

@@ -2,7 +2,7 @@
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipts.h>
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 
 /* After so many decisions in a row with an observation outside the training range a classical controller takes over. Of
    828 runs of random faults 3 were outside for one or two, and 101 for three or more: of these the policy reached the

@@ -2,7 +2,7 @@
    so that it may have any type, including PETSc's; limits of the step and similar settings remain those of the
    TSADAPTRL. */
 #include <slipstep/private/slipadapt.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 
 /* Types that problems name (SlipProblemOps); a run with rl accepts their options, too. */
 static const char *const Types[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC};

@@ -1,6 +1,6 @@
 /* TSADAPTRL: warnings, at the start of a run, of options that were given and have no effect on it */
 #include <slipstep/private/slipadapt.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 static PetscErrorCode Given(TS ts, const char option[], PetscBool *given)
 {

@@ -68,22 +68,8 @@ static PetscErrorCode MeasureOf(SlipPolicy policy, const char **measure)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  TSAdaptRLGetMeasure - gets which error of the run the wanted accuracy bounds
-
-  Not collective
-
-  Input Parameter:
-. adapt - the controller
-
-  Output Parameter:
-. measure - its name: as set, or that of the policy, or "history" while there is none; `NULL` if the type of adapt is
-            not `TSADAPTRL`
-
-  Level: intermediate
-
-.seealso: TSAdaptRLSetMeasure()
-@*/
+/* Gets which error of the run the wanted accuracy bounds. measure: its name: as set, or that of the policy, or
+   "history" while there is none; NULL if the type of adapt is not `TSADAPTRL`. */
 PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measure[])
 {
   TSAdapt_RL *rl = NULL;

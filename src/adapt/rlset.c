@@ -209,19 +209,8 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSAdaptRLSetDefaultAccuracy - sets the wanted accuracy if neither `TSAdaptRLSetAccuracy()` nor its option has set it
-
-  Logically collective; without effect when the type of adapt is not `TSADAPTRL`
-
-  Input Parameters:
-+ adapt    - the controller
-- accuracy - see `TSAdaptRLSetAccuracy()`, dimensionless
-
-  Level: developer
-
-.seealso: TSAdaptRLSetAccuracy()
-@*/
+/* Sets the wanted accuracy if neither `TSAdaptRLSetAccuracy()` nor its option has set it. accuracy: see
+   `TSAdaptRLSetAccuracy()`, dimensionless. */
 PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
 {
   TSAdapt_RL *rl = NULL;
@@ -234,21 +223,8 @@ PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSAdaptRLHasActor - gets whether a function, `TSAdaptRLSetActor()`, chooses the steps instead of a policy
-
-  Not collective
-
-  Input Parameter:
-. adapt - the controller
-
-  Output Parameter:
-. has - whether; false when the type of adapt is not `TSADAPTRL`
-
-  Level: developer
-
-.seealso: TSAdaptRLSetActor(), TSAdaptRLGetPolicy()
-@*/
+/* Gets whether a function, `TSAdaptRLSetActor()`, chooses the steps instead of a policy. has: whether; false when the
+   type of adapt is not `TSADAPTRL`. */
 PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has)
 {
   TSAdapt_RL *rl = NULL;
@@ -260,24 +236,9 @@ PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSAdaptRLIsChosen - gets whether a policy, an actor, the accuracy, the measure or strictness was set
-
-  Not collective
-
-  Input Parameter:
-. adapt - the controller
-
-  Output Parameter:
-. chosen - whether; false if the type of adapt is not `TSADAPTRL`, and for a default policy
-
-  Level: developer
-
-  Note:
-  A problem whose default is this controller may use another one if the user has set none of these.
-
-.seealso: TSAdaptRLSetPolicy(), TSAdaptRLSetActor(), TSAdaptRLSetDefaultAccuracy()
-@*/
+/* Gets whether a policy, an actor, the accuracy, the measure or strictness was set. chosen: whether; false if the type
+   of adapt is not `TSADAPTRL`, and for a default policy. A problem whose default is this controller may use another one
+   if the user has set none of these. */
 PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen)
 {
   TSAdapt_RL *rl = NULL;
@@ -400,22 +361,8 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSAdaptRLGetHandoverStep - gets how many accepted steps the policy had chosen when the run was handed over
-
-  Not collective
-
-  Input Parameter:
-. adapt - the controller
-
-  Output Parameter:
-. steps - number of accepted steps of the run before that; -1 when it was not handed over or the type of adapt is not
-          `TSADAPTRL`
-
-  Level: intermediate
-
-.seealso: TSADAPTRL, TSAdaptRLGetHandover()
-@*/
+/* Gets how many accepted steps the policy had chosen when the run was handed over. steps: number of accepted steps of
+   the run before that; -1 when it was not handed over or the type of adapt is not `TSADAPTRL`. */
 PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 {
   TSAdapt_RL *rl = NULL;
@@ -426,22 +373,9 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  TSAdaptRLGetFallback - gets the type of the classical controller that replaces the policy
-
-  Not collective
-
-  Input Parameter:
-. adapt - the controller
-
-  Output Parameter:
-. type - of `TSAdapt`, and after a colon its filter as in `SlipAdaptGetController()`, borrowed; `NULL` if the run was
-         not handed over or the type of adapt is not `TSADAPTRL`
-
-  Level: intermediate
-
-.seealso: TSADAPTRL, TSAdaptRLGetHandover()
-@*/
+/* Gets the type of the classical controller that replaces the policy. type: of `TSAdapt`, and after a colon its filter
+   as in `SlipAdaptGetController()`, borrowed; NULL if the run was not handed over or the type of adapt is not
+   `TSADAPTRL`. */
 PetscErrorCode TSAdaptRLGetFallback(TSAdapt adapt, TSAdaptType *type)
 {
   TSAdapt_RL *rl = NULL;

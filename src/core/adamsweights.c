@@ -1,7 +1,7 @@
 /* Adams formulas of variable step: their weights, which are integrals of Lagrange polynomials, and the coefficients of
    repeated corrections of a step */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /*
   SlipAdamsWeights - computes weight[j], the integral over [0, 1] of the polynomial with 1 at node[j], 0 at the others

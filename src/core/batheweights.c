@@ -15,7 +15,7 @@
    order one, the companion with the quadrature weights is not of third order, but the difference still scales as h^3.
    */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 /* The error weights follow from the others: the difference to those of the quadrature of third order. */

@@ -4,7 +4,7 @@
    x = S(x - rho G(x), rho omega q), S the soft shrinkage (the projection on the cone in its dual form). See Facchinei
    and Pang (2003), Finite-Dimensional Variational Inequalities, chapter 9; Alart and Curnier (1991), CMAME 92. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 /* Natural residual in units of g: g + omega q sign(p) where cells slide, x / rho where they stick; mask is 1 where they

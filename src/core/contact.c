@@ -9,7 +9,7 @@
    Where z <= 0 a cell is closed: F = y / rho, its row is an identity, and friction uses the pressure -z / rho = G_n -
    y / rho, which changes by dG_n + y / rho in the step dy = -y of a closed cell. Elsewhere it is open: F = G_n. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 enum { BLOCK = 3, NORMAL = 2 };
 

@@ -1,7 +1,7 @@
 /* Rules by which controllers compute steps, on plain numbers, for TSAdapt types and the trainer's loops without
    objects */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /* ---- rules based on an error estimate E; q is the reciprocal of the power of h to which E is proportional ---- */
 

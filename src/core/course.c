@@ -1,7 +1,7 @@
 /* The distance between two slip histories. A history is mean slip over time: the ends of accepted steps, a cubic
    between two of them (Hermite, from slips and rates), and constant first and last slip before and after. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <string.h>
 
 #define HALF 0.5

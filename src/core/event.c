@@ -7,7 +7,7 @@
    integrator's order, never leave the range of the two ends, and need no derivative, which is undefined
    where a cell has just stopped. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /* Fraction of the way from slow to fast at which |v| is bound: |slow| <= bound < |fast| */
 PetscReal SlipEventCrossing(PetscReal slow, PetscReal fast, PetscReal bound)

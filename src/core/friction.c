@@ -1,7 +1,7 @@
 /* Friction laws, one row each, with derivatives; the evolution of their state over a stage; the strength of a cell. All
    are pure functions, because the fault's constraint and the trainer's loop without objects both call them. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <stdlib.h>
 
 /* Slip and slip rate beyond which no law weakens further; finite, so that laws can divide by them */
@@ -113,21 +113,9 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipFrictionCheck - raises an error for an incomplete friction law
-
-  Not collective
-
-  Input Parameter:
-. law - the row: it needs a name and a formula and, if it declares states, their descriptions, their rates and a
-        function for the steady states at a rate
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, naming the law and what was expected
-
-.seealso: SlipFaultRegisterFrictionLaw()
-@*/
+/* Raises an error for an incomplete friction law. law: the row: it needs a name and a formula and, if it declares
+   states, their descriptions, their rates and a function for the steady states at a rate. Errors: PETSC_ERR_ARG_WRONG
+   or PETSC_ERR_ARG_OUTOFRANGE, naming the law and what was expected. */
 PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law)
 {
   PetscFunctionBegin;

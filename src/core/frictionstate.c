@@ -1,7 +1,7 @@
 /* States that a friction law declares: their values at the end of an implicit stage, and when steady slip is unstable.
    All are pure functions of a law's rates and their derivatives, for any number of states. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /* A step of Newton's method after which the error, of the order of its square, is below rounding */
 #define NEWTON_ENOUGH 1e-9

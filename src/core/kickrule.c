@@ -1,7 +1,7 @@
 /* The update of a cell in an explicit step (TSMOREAU): of its rate in a kick, in which only its own balance counts, and
    of its states in a drift, in which its rate is constant */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 enum { MAX_IT = 100 };

@@ -15,34 +15,18 @@
   of the cells stick, for H that do not share the modes of K, and for smaller damping.
 */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 #define MOST_WEIGHT (PetscReal)1.75 /* weight of the last product with H in the first kick */
 
-/*@
-  SlipLagLimit - computes the longest stable step of an explicit scheme with lagged damping
-
-  Not collective
-
-  Input Parameters:
-+ zeta   - damping ratio, H at most 2 zeta M (M^-1 K)^(1/2), zero or positive, dimensionless
-- weight - of the last product with H in the first kick's estimate, dimensionless, 1/2 to 7/4; 1: only this product
-
-  Return value:
-  the step times the largest frequency, dimensionless: 2 where zeta is 0
-
-  Level: developer
-
-  Notes:
-  Damping that each kick solves for, such as that of radiation, does not count: zeta is 0 then.
-
-  The bound is that of constant steps. If steps vary by up to a factor of 2 from one to the next, it is safe for zeta >=
-  0.12, and four fifths of it for zeta >= 0.08. With less damping no bound below 2 is safe: steps that alternate can
-  amplify a mode, at h omega of 1.6 by 15 % per step, at 1.2 by 3 % (products of amplification matrices over periods of
-  2 to 5 steps).
-
-.seealso: SlipElasticGetFrequency()
-@*/
+/* Computes the longest stable step of an explicit scheme with lagged damping. zeta: damping ratio, H at most 2 zeta M
+   (M^-1 K)^(1/2), zero or positive, dimensionless; weight: of the last product with H in the first kick's estimate,
+   dimensionless, 1/2 to 7/4; 1: only this product Return value: the step times the largest frequency, dimensionless: 2
+   where zeta is 0. Damping that each kick solves for, such as that of radiation, does not count: zeta is 0 then. The
+   bound is that of constant steps. If steps vary by up to a factor of 2 from one to the next, it is safe for zeta >=
+   0.12, and four fifths of it for zeta >= 0.08. With less damping no bound below 2 is safe: steps that alternate can
+   amplify a mode, at h omega of 1.6 by 15 % per step, at 1.2 by 3 % (products of amplification matrices over periods of
+   2 to 5 steps). */
 PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight)
 {
   const PetscReal b = 2 * weight * zeta;

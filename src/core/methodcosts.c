@@ -1,7 +1,7 @@
 /* Chooses explicit or implicit steps by the number of products that they take over the same time. Only counts decide,
    not measured times, so that results are reproducible. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /* Weight of the last attempt in the moving means */
 #define NEW (PetscReal)0.25

@@ -2,7 +2,7 @@
    plain numbers, so that the controller, the fault and the trainer's loops without objects share them. A new
    observation is a row and its formula here, and a member of SlipRunNumbers or SlipFaultNumbers for another sum. */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -13,7 +13,7 @@
   The file also computes the slip rate at which friction and radiation damping eta V balance a shear stress.
 */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 /* No natural state has psi below -200; far too long steps must give finite numbers, so that they can be rejected. */

@@ -1,7 +1,7 @@
 /* Coefficients of the stabilised formulas of Runge, Kutta and Chebyshev of second order: B. P. Sommeijer, L. F.
    Shampine, J. G. Verwer, RKC: an explicit solver for parabolic PDEs, J. Comput. Appl. Math. 88 (1998). */
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /* Damping of all but the slowest modes, from the paper */
 #define DAMPING (2.0 / 13.0)

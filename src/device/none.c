@@ -1,7 +1,7 @@
 /* Replaces opencl.c and fft.c if the library is built without OpenCL. There is no device then, so that only
    SlipDeviceOpen() is ever called. */
 #include <slipcompat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipdevice.h>
 
 PetscBool SlipDeviceBuiltIn(void)

@@ -4,7 +4,7 @@
 #include <CL/cl.h>
 #include <signal.h>
 #include <slipcompat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipdeviceopencl.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -41,28 +41,11 @@ PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticViscous - computes the damping of a slip rate, as accurately as a step needs it
-
-  Collective; after SlipElasticSetUp()
-
-  Input Parameters:
-+ el        - the medium
-. v         - slip rate relative to the far field [m/s]
-- tolerance - allowed relative error in the 2-norm, dimensionless, not negative
-
-  Output Parameter:
-. stress - (df/dv) v, times the weights of the stiffness [Pa]
-
-  Level: developer
-
-  Notes:
-  Only a square root that Lanczos' method applies uses the tolerance. It stores the rates of the last products, also in
-  checkpoints, so that consecutive steps need few products with the stiffness: MatSlipViscosityAllow(). An error of
-  1e-4 changes the history of slip by 2e-5 to 4e-5, measured on the 3 km fault.
-
-.seealso: SlipElasticForce(), SlipElasticGetFrequency()
-@*/
+/* Computes the damping of a slip rate, as accurately as a step needs it. v: slip rate relative to the far field [m/s];
+   tolerance: allowed relative error in the 2-norm, dimensionless, not negative; stress: (df/dv) v, times the weights of
+   the stiffness [Pa]. Only a square root that Lanczos' method applies uses the tolerance. It stores the rates of the
+   last products, also in checkpoints, so that consecutive steps need few products with the stiffness:
+   MatSlipViscosityAllow(). An error of 1e-4 changes the history of slip by 2e-5 to 4e-5, measured on the 3 km fault. */
 PetscErrorCode SlipElasticViscous(SlipElastic el, Vec v, PetscReal tolerance, Vec stress)
 {
   PetscFunctionBegin;
@@ -125,26 +108,9 @@ PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticApply - computes the static stress of a slip
-
-  Collective; after SlipElasticSetStiffness()
-
-  Input Parameters:
-+ el - the medium
-- x  - slip [m]
-
-  Output Parameters:
-+ shear  - K x, times the weights of the stiffness [Pa]; `NULL`: it is not computed
-- normal - compression that x adds [Pa]; `NULL`: it is not computed
-
-  Level: developer
-
-  Note:
-  Implicit steps cache products, so that another call with the same x computes none.
-
-.seealso: SlipElasticForce(), SlipElasticSolve(), SlipElasticStoreSum()
-@*/
+/* Computes the static stress of a slip. x: slip [m]; shear: K x, times the weights of the stiffness [Pa]; NULL: it is
+   not computed; normal: compression that x adds [Pa]; NULL: it is not computed. Implicit steps cache products, so that
+   another call with the same x computes none. */
 PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
 {
   Vec known = NULL;
@@ -163,22 +129,8 @@ PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetDiagonals - gets the stress on each cell of its own slip and slip rate
-
-  Collective; after SlipElasticSetUp()
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameters (each may be `NULL`):
-+ k - diagonal of K [Pa/m], borrowed
-- h - diagonal of df/dv [Pa s/m], borrowed
-
-  Level: developer
-
-.seealso: SlipElasticApply()
-@*/
+/* Gets the stress on each cell of its own slip and slip rate. k: diagonal of K [Pa/m], borrowed; h: diagonal of df/dv
+   [Pa s/m], borrowed. */
 PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h)
 {
   const Mat of[] = {el->K, el->H};
@@ -197,21 +149,8 @@ PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetImpedance - gets the radiation damping of a medium
-
-  Not collective; after SlipElasticSetUp()
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. eta - impedance, if df/dv is eta times the weights of the stiffness [Pa s/m]; 0: df/dv is another matrix
-
-  Level: developer
-
-.seealso: SlipElasticForce()
-@*/
+/* Gets the radiation damping of a medium. eta: impedance, if df/dv is eta times the weights of the stiffness [Pa s/m];
+   0: df/dv is another matrix. */
 PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *eta)
 {
   PetscFunctionBegin;
@@ -257,24 +196,8 @@ PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetPower - computes the power that a medium loses besides v.(df/dv) v
-
-  Collective
-
-  Input Parameters:
-+ el - the medium
-. t  - the time [s]
-. u  - displacement [m]
-- v  - slip rate, both relative to the far field [m/s]
-
-  Output Parameter:
-. lost - sum over all cells [W/m^2]; 0 without history
-
-  Level: developer
-
-.seealso: SlipElasticGetEnergy()
-@*/
+/* Computes the power that a medium loses besides v.(df/dv) v. t: the time [s]; u: displacement [m]; v: slip rate, both
+   relative to the far field [m/s]; lost: sum over all cells [W/m^2]; 0 without history. */
 PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
 {
   PetscFunctionBegin;

@@ -9,8 +9,8 @@
 */
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatviscosity.h>
-#include <slipblas.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipblas.h>
+#include <slipstep/rooms/slipcore.h>
 
 #define FREQUENCY_MOST 40       /* largest number of products */
 #define FREQUENCY_RESIDUAL 0.01 /* residual over the Ritz value where the process ends: omega is <= 0.5 % too large */
@@ -134,32 +134,13 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetFrequency - computes the largest frequency of a fault with inertia of which all cells slide
-
-  Collective; after SlipElasticSetUp()
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. omega - square root of the largest eigenvalue of M^-1 df/du, where M is the mass times the weights of the stiffness
-          [rad/s]; it is not below the exact value, and at most 0.5 % above
-
-  Level: developer
-
-  Notes:
-  The first call computes it by some 10 to 25 products with df/du. The medium stores it, also in checkpoints, so that a
-  restarted run takes the same steps. The number of processes changes it by rounding only. A part of a fault vibrates no
-  faster than the whole fault.
-
-  A medium with memory may be stiffer to slip from now on than to earlier slip: df/du is that of its last state.
-
-  Errors: PETSC_ERR_ORDER for a medium with memory before SlipElasticAccept(), PETSC_ERR_ARG_WRONG where df/du has no
-  positive eigenvalue
-
-.seealso: SlipElasticForce(), SlipElasticViscous()
-@*/
+/* Computes the largest frequency of a fault with inertia of which all cells slide. omega: square root of the largest
+   eigenvalue of M^-1 df/du, where M is the mass times the weights of the stiffness [rad/s]; it is not below the exact
+   value, and at most 0.5 % above. The first call computes it by some 10 to 25 products with df/du. The medium stores
+   it, also in checkpoints, so that a restarted run takes the same steps. The number of processes changes it by rounding
+   only. A part of a fault vibrates no faster than the whole fault. A medium with memory may be stiffer to slip from now
+   on than to earlier slip: df/du is that of its last state. Errors: PETSC_ERR_ORDER for a medium with memory before
+   SlipElasticAccept(), PETSC_ERR_ARG_WRONG where df/du has no positive eigenvalue. */
 PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega)
 {
   PetscFunctionBegin;
@@ -171,21 +152,8 @@ PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetFoundFrequency - gets the largest frequency if it has been computed
-
-  Not collective
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. omega - that of SlipElasticGetFrequency() [rad/s]; 0: it has not been computed
-
-  Level: developer
-
-.seealso: SlipElasticGetFrequency()
-@*/
+/* Gets the largest frequency if it has been computed. omega: that of SlipElasticGetFrequency() [rad/s]; 0: it has not
+   been computed. */
 PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscReal *omega)
 {
   PetscFunctionBegin;

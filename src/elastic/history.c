@@ -2,21 +2,8 @@
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipstate.h>
 
-/*@
-  SlipElasticRests - returns whether the stress depends on slip alone, neither on time nor on the past
-
-  Not collective
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. rests - `PETSC_TRUE`: a run may skip the times at which no cell slips
-
-  Level: developer
-
-.seealso: SlipElasticRemembers()
-@*/
+/* Returns whether the stress depends on slip alone, neither on time nor on the past. rests: `PETSC_TRUE`: a run may
+   skip the times at which no cell slips. */
 PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests)
 {
   PetscFunctionBegin;
@@ -25,21 +12,8 @@ PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticLoads - returns whether the medium loads the fault by itself
-
-  Not collective
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. loads - `PETSC_TRUE`: steps and error estimates are those of a loaded fault
-
-  Level: developer
-
-.seealso: SlipElasticRests()
-@*/
+/* Returns whether the medium loads the fault by itself. loads: `PETSC_TRUE`: steps and error estimates are those of a
+   loaded fault. */
 PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads)
 {
   PetscFunctionBegin;
@@ -48,21 +22,8 @@ PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticRemembers - returns whether the stress depends on the history of slip
-
-  Not collective
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. remembers - `PETSC_TRUE`: a time integrator must call SlipElasticAccept(), SlipElasticAdvance(), SlipElasticRollBack()
-
-  Level: developer
-
-.seealso: SlipElasticAccept()
-@*/
+/* Returns whether the stress depends on the history of slip. remembers: `PETSC_TRUE`: a time integrator must call
+   SlipElasticAccept(), SlipElasticAdvance(), SlipElasticRollBack(). */
 PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers)
 {
   PetscFunctionBegin;
@@ -71,21 +32,8 @@ PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetShortestStep - gets the shortest useful step: in shorter ones waves do not leave a cell
-
-  Not collective
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameter:
-. step - the step [s]; 0: there is no such limit
-
-  Level: developer
-
-.seealso: SLIPELASTICWAVES
-@*/
+/* Gets the shortest useful step: in shorter ones waves do not leave a cell. step: the step [s]; 0: there is no such
+   limit. */
 PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step)
 {
   PetscFunctionBegin;
@@ -95,22 +43,9 @@ PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticGetImages - gets when the waves of the fault's periodic images arrive at the fault
-
-  Not collective
-
-  Input Parameter:
-. el - the medium
-
-  Output Parameters:
-+ first - time from slip until the first of these waves arrive [s]; PETSC_MAX_REAL: they never do
-- last  - time from slip until the last waves that matter have passed [s]
-
-  Level: developer
-
-.seealso: SLIPELASTICWAVES
-@*/
+/* Gets when the waves of the fault's periodic images arrive at the fault. first: time from slip until the first of
+   these waves arrive [s]; PETSC_MAX_REAL: they never do; last: time from slip until the last waves that matter have
+   passed [s]. */
 PetscErrorCode SlipElasticGetImages(SlipElastic el, PetscReal *first, PetscReal *last)
 {
   PetscFunctionBegin;
@@ -147,25 +82,9 @@ static PetscErrorCode SetUpSlots(SlipElastic el)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticAccept - stores the accepted state from which a step begins
-
-  Collective; a medium without history does nothing
-
-  Input Parameters:
-+ el    - the medium
-. t     - the time [s]
-. u     - displacement [m]
-- first - a run begins: there is no earlier history
-
-  Level: developer
-
-  Note:
-  Call it where a step begins, not where the step before ends: until then the states within the last step, which
-  observers interpolate, and steps that an event takes back follow from the same history as before.
-
-.seealso: SlipElasticAdvance(), SlipElasticRollBack()
-@*/
+/* Stores the accepted state from which a step begins. t: the time [s]; u: displacement [m]; first: a run begins: there
+   is no earlier history. Call it where a step begins, not where the step before ends: until then the states within the
+   last step, which observers interpolate, and steps that an event takes back follow from the same history as before. */
 PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool first)
 {
   PetscFunctionBegin;
@@ -178,22 +97,9 @@ PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticAdvance - stores the state from which a part of an attempted step begins, until the attempt is accepted
-
-  Collective; a medium without history does nothing
-
-  Input Parameters:
-+ el - the medium
-. t  - the time [s]
-- u  - displacement [m]
-
-  Level: developer
-
-  Errors: PETSC_ERR_SUP for a medium that stores whole steps only (a type without the operation copy)
-
-.seealso: SlipElasticAccept(), SlipElasticRollBack()
-@*/
+/* Stores the state from which a part of an attempted step begins, until the attempt is accepted. t: the time [s]; u:
+   displacement [m]. Errors: PETSC_ERR_SUP for a medium that stores whole steps only (a type without the operation
+   copy). */
 PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u)
 {
   PetscFunctionBegin;
@@ -208,18 +114,7 @@ PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticRollBack - restores the history of the start of the step after an attempt was rejected
-
-  Collective; it does nothing in a medium without history, or without a SlipElasticAdvance() since that start
-
-  Input Parameter:
-. el - the medium
-
-  Level: developer
-
-.seealso: SlipElasticAccept(), SlipElasticAdvance()
-@*/
+/* Restores the history of the start of the step after an attempt was rejected. */
 PetscErrorCode SlipElasticRollBack(SlipElastic el)
 {
   PetscFunctionBegin;
@@ -277,19 +172,7 @@ PetscErrorCode SlipElasticGetPast(SlipElastic el, PetscInt slot, SlipElasticPast
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticVisit - writes the history and the cached products of a medium to a checkpoint, or reads them
-
-  Collective; between two steps
-
-  Input Parameters:
-+ el    - the medium
-- state - the checkpoint
-
-  Level: developer
-
-.seealso: SlipElasticAccept()
-@*/
+/* Writes the history and the cached products of a medium to a checkpoint, or reads them. */
 PetscErrorCode SlipElasticVisit(SlipElastic el, SlipState state)
 {
   static const char *const time[] = {"time_before", "time"}, *const slip[] = {"displacement_before", "displacement"};

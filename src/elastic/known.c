@@ -6,26 +6,10 @@
 /* Number of nested sums after which a product is computed anew: each adds rounding of 1e-16 of K u */
 enum { oldest = 100 };
 
-/*@C
-  SlipElasticStoreSum - stores that a slip is a sum of others, so that its product with K is the sum of their products
-
-  Collective; after SlipElasticStage()
-
-  Input Parameters:
-+ el - the medium
-. y  - slip, equal to sum_i a[i] x[i] up to rounding [m]
-. n  - number of terms, >= 1
-. a  - factors [1, for slip rates s]
-- x  - other slips or slip rates [m, m/s]
-
-  Level: developer
-
-  Note:
-  If the products of K with all terms but at most one are cached, the missing one is computed, the product with y is
-  cached, and SlipElasticApply() finds it. A sum of three slips, two of which stages have found, costs one product.
-
-.seealso: SlipElasticStoreStage(), SlipElasticApply()
-@*/
+/* Stores that a slip is a sum of others, so that its product with K is the sum of their products. y: slip, equal to
+   sum_i a[i] x[i] up to rounding [m]; a: factors [1, for slip rates s]; x: other slips or slip rates [m, m/s]. If the
+   products of K with all terms but at most one are cached, the missing one is computed, the product with y is cached,
+   and SlipElasticApply() finds it. A sum of three slips, two of which stages have found, costs one product. */
 PetscErrorCode SlipElasticStoreSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[])
 {
   SlipElasticPair *pair;
@@ -59,20 +43,8 @@ PetscErrorCode SlipElasticStoreSum(SlipElastic el, Vec y, PetscInt n, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticStore - caches the product of the stiffness with a slip, so that it need not be computed again
-
-  Collective
-
-  Input Parameters:
-+ el - the medium
-. x  - slip [m], or slip rate [m/s]
-- kx - K x [Pa], or [Pa/s], from an earlier product
-
-  Level: developer
-
-.seealso: SlipElasticStoreSum(), SlipElasticApply()
-@*/
+/* Caches the product of the stiffness with a slip, so that it need not be computed again. x: slip [m], or slip rate
+   [m/s]; kx: K x [Pa], or [Pa/s], from an earlier product. */
 PetscErrorCode SlipElasticStore(SlipElastic el, Vec x, Vec kx)
 {
   PetscFunctionBegin;
@@ -98,23 +70,8 @@ static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticStoreStage - caches the product of the stage operator with a slip rate
-
-  Collective; after SlipElasticStage()
-
-  Input Parameters:
-+ el - the medium
-. x  - slip rate [m/s]
-- bx - (M/theta + df/dv + theta df/du) x [Pa]
-
-  Level: developer
-
-  Note:
-  K x and H x are cached then. That takes no product where the damping is radiation, and one with K otherwise.
-
-.seealso: SlipElasticApplyStage(), SlipElasticStoreSum()
-@*/
+/* Caches the product of the stage operator with a slip rate. x: slip rate [m/s]; bx: (M/theta + df/dv + theta df/du) x
+   [Pa]. K x and H x are cached then. That takes no product where the damping is radiation, and one with K otherwise. */
 PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
 {
   SlipElasticPair *pair;
@@ -145,22 +102,8 @@ PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticApplyStage - computes the product of the stage operator with a slip rate
-
-  Collective; after SlipElasticStage()
-
-  Input Parameters:
-+ el - the medium
-- x  - slip rate [m/s]
-
-  Output Parameter:
-. y - (M/theta + df/dv + theta df/du) x [Pa]; computed without a product where K x and H x are cached
-
-  Level: developer
-
-.seealso: SlipElasticStage(), SlipElasticStoreStage()
-@*/
+/* Computes the product of the stage operator with a slip rate. x: slip rate [m/s]; y: (M/theta + df/dv + theta df/du) x
+   [Pa]; computed without a product where K x and H x are cached. */
 PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y)
 {
   Vec kx = NULL, hx = NULL;
@@ -186,21 +129,8 @@ PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticForget - deletes the cached products of a medium
-
-  Logically collective
-
-  Input Parameter:
-. el - the medium
-
-  Level: developer
-
-  Note:
-  Each run begins with this call, so that its results do not depend, in their last digits, on earlier runs.
-
-.seealso: SlipElasticStoreStage()
-@*/
+/* Deletes the cached products of a medium. Each run begins with this call, so that its results do not depend, in their
+   last digits, on earlier runs. */
 PetscErrorCode SlipElasticForget(SlipElastic el)
 {
   PetscFunctionBegin;

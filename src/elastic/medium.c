@@ -1,6 +1,6 @@
 /* The object of a medium: its operations and its matrices, how they are set up, and how it is destroyed. */
 #include <slipstep/private/slipelastic.h>
-#include <slipcells.h>
+#include <slipstep/rooms/slipcells.h>
 #include <slipstep/private/slipsys.h>
 
 PetscClassId SLIP_ELASTIC_CLASSID = 0;
@@ -83,19 +83,7 @@ PetscErrorCode SlipElasticSetStiffness(SlipElastic el, Mat K, Mat Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticScale - multiplies the stiffness of a medium by a factor
-
-  Collective; after SlipElasticSetStiffness(), before SlipElasticSetUp()
-
-  Input Parameters:
-+ el     - the medium
-- factor - factor of K and Kn, dimensionless
-
-  Level: advanced
-
-.seealso: SlipElasticSetStiffness()
-@*/
+/* Multiplies the stiffness of a medium by a factor. factor: factor of K and Kn, dimensionless. */
 PetscErrorCode SlipElasticScale(SlipElastic el, PetscReal factor)
 {
   PetscFunctionBegin;

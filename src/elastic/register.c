@@ -29,15 +29,7 @@ static PetscErrorCode Register_Elastic(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipElasticInitializePackage - registers the class of media, its types, and the classes that they use
-
-  Not collective; after PetscInitialize(). Further calls do nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), SlipElasticCreate()
-@*/
+/* Registers the class of media, its types, and the classes that they use. */
 PetscErrorCode SlipElasticInitializePackage(void)
 {
   return SlipRegisterOnce(Register_Elastic);
@@ -64,21 +56,7 @@ PetscErrorCode SlipElasticRegister(const char name[], PetscErrorCode (*create)(S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipElasticListTypes - lists the names of all types of media
-
-  Not collective
-
-  Input Parameter:
-. len - size of names
-
-  Output Parameter:
-. names - "|static|" and so on
-
-  Level: developer
-
-.seealso: SlipElasticRegister()
-@*/
+/* Lists the names of all types of media. */
 PetscErrorCode SlipElasticListTypes(char names[], size_t len)
 {
   const char **name;

@@ -86,24 +86,9 @@ PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipElasticIsIndefinite - returns whether conjugate gradients find a slip with no or negative elastic energy
-
-  Collective; after SlipElasticSetStiffness()
-
-  Input Parameters:
-+ el       - the medium
-. products - largest number of products with K
-- b        - the stress with which they start; it should have no symmetry [Pa]
-
-  Output Parameters:
-+ x  - work vector, overwritten
-- is - `PETSC_TRUE`: they found such a slip, so K is not positive definite
-
-  Level: developer
-
-.seealso: SlipElasticSolve()
-@*/
+/* Returns whether conjugate gradients find a slip with no or negative elastic energy. products: largest number of
+   products with K; b: the stress with which they start; it should have no symmetry [Pa]; x: work vector, overwritten;
+   is: `PETSC_TRUE`: they found such a slip, so K is not positive definite. */
 PetscErrorCode SlipElasticIsIndefinite(SlipElastic el, PetscInt products, Vec b, Vec x, PetscBool *is)
 {
   KSPConvergedReason reason;

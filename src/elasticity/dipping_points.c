@@ -97,39 +97,17 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipDippingDisplacement - computes the displacement of points by uniform slip on a rectangle of any strike and dip
-
-  Not collective, pure
-
-  Input Parameters:
-+ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
-. full_space - leave out the free surface z = 0
-. source     - the rectangle that slips, below the free surface or up to it
-. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
-. n          - number of points
-- points     - [n][3] north, east and down [m]; below a free surface or on it
-
-  Output Parameter:
-. u - [n][3] displacement north, east and down, in the unit of slip [m]
-
-  Notes:
-  Lengths may have any one unit. The shear modulus does not matter.
-
-  A point on the rectangle, to 1e-14 of the coordinates, belongs to the hanging wall; a point on the trace of a
-  rectangle that breaks the surface has the limit from there along the ground. On an edge across which the rectangle
-  slips the displacement has the logarithm of the distance, and the value at 1e-20 of the coordinates from it is
-  returned. All other points, also on extensions of edges, need no care, at any dip.
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees,
-  and rectangles and points above a free surface
-
-  Reference: Okada (1992); the derivation is in the source file dipping.c
-
-  Level: intermediate
-
-.seealso: SlipDippingStress(), SlipDippingRectangle, SlipSurfaceDisplacement()
-@*/
+/* Computes the displacement of points by uniform slip on a rectangle of any strike and dip. nu: Poisson's ratio, in
+   (-1, 0.5), dimensionless; full_space: leave out the free surface z = 0; source: the rectangle that slips, below the
+   free surface or up to it; slip: [3] along strike, up dip and opening: of the hanging wall against the foot wall [m];
+   points: [n][3] north, east and down [m]; below a free surface or on it; u: [n][3] displacement north, east and down,
+   in the unit of slip [m]. Lengths may have any one unit. The shear modulus does not matter. A point on the rectangle,
+   to 1e-14 of the coordinates, belongs to the hanging wall; a point on the trace of a rectangle that breaks the surface
+   has the limit from there along the ground. On an edge across which the rectangle slips the displacement has the
+   logarithm of the distance, and the value at 1e-20 of the coordinates from it is returned. All other points, also on
+   extensions of edges, need no care, at any dip. Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle
+   without an extent, a dip outside (0, 90] degrees, and rectangles and points above a free surface. Okada (1992); the
+   derivation is in the source file dipping.c. */
 PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
                                        const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal u[])
 {
@@ -138,36 +116,15 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipDippingGradient - computes the gradient of the displacement of points by uniform slip on a rectangle
-
-  Not collective, pure
-
-  Input Parameters:
-+ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
-. full_space - leave out the free surface z = 0
-. source     - the rectangle that slips, below the free surface or up to it
-. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
-. n          - number of points
-- points     - [n][3] north, east and down [m]; below a free surface or on it
-
-  Output Parameter:
-. gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
-
-  Notes:
-  On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: the term in 1 / distance, which
-  changes its sign around the edge, is left out, and the rest is returned. Next to an edge values are not limited.
-
-  Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-15 (d/a)^2 of the value.
-
-  Errors: as of SlipDippingDisplacement()
-
-  Reference: Okada (1992); the derivation is in the source file dipping.c
-
-  Level: intermediate
-
-.seealso: SlipDippingDisplacement(), SlipDippingStress()
-@*/
+/* Computes the gradient of the displacement of points by uniform slip on a rectangle. nu: Poisson's ratio, in (-1,
+   0.5), dimensionless; full_space: leave out the free surface z = 0; source: the rectangle that slips, below the free
+   surface or up to it; slip: [3] along strike, up dip and opening: of the hanging wall against the foot wall [m];
+   points: [n][3] north, east and down [m]; below a free surface or on it; gradient: [n][3][3] derivative of the
+   displacement i along j, both north, east and down, dimensionless. On an edge of the rectangle, to 1e-14 of the
+   coordinates, the gradient is infinite: the term in 1 / distance, which changes its sign around the edge, is left out,
+   and the rest is returned. Next to an edge values are not limited. Far away, at the distance d from a rectangle of the
+   side a, corners cancel to 1e-15 (d/a)^2 of the value. Errors: as of SlipDippingDisplacement(). Okada (1992); the
+   derivation is in the source file dipping.c. */
 PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
                                    const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal gradient[])
 {
@@ -176,34 +133,13 @@ PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipDippingStress - computes the stress at points by uniform slip on a rectangle of any strike and dip
-
-  Not collective, pure
-
-  Input Parameters:
-+ G          - shear modulus [Pa]
-. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
-. full_space - leave out the free surface z = 0
-. source     - the rectangle that slips, below the free surface or up to it
-. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
-. n          - number of points
-- points     - [n][3] north, east and down [m]; below a free surface or on it
-
-  Output Parameter:
-. stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
-
-  Note: on an edge of the rectangle, where stress is infinite, the finite part is returned, as for
-  SlipDippingGradient()
-
-  Errors: as of SlipDippingDisplacement()
-
-  Reference: Okada (1992); the derivation is in the source file dipping.c
-
-  Level: intermediate
-
-.seealso: SlipDippingGradient(), SlipStressTraction(), SlipPlaneDirections()
-@*/
+/* Computes the stress at points by uniform slip on a rectangle of any strike and dip. G: shear modulus [Pa]; nu:
+   Poisson's ratio, in (-1, 0.5), dimensionless; full_space: leave out the free surface z = 0; source: the rectangle
+   that slips, below the free surface or up to it; slip: [3] along strike, up dip and opening: of the hanging wall
+   against the foot wall [m]; points: [n][3] north, east and down [m]; below a free surface or on it; stress: [n][6] xx,
+   yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]. On an edge of the rectangle, where stress
+   is infinite, the finite part is returned, as for SlipDippingGradient(). Errors: as of SlipDippingDisplacement().
+   Okada (1992); the derivation is in the source file dipping.c. */
 PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
                                  const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal stress[])
 {

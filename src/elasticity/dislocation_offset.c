@@ -13,7 +13,7 @@
 
   R^2 = x^2 + y^2 + s^2. They are regular for y != 0; y = 0 is left to dislocation.c.
 */
-#include <slipelasticity.h>
+#include <slipstep/rooms/slipelasticity.h>
 
 /* A corner's coordinates along strike, across and in depth, from the receiver */
 typedef struct {

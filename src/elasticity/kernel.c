@@ -7,22 +7,9 @@
 #include <slipstep/private/slipelasticity.h>
 #include <math.h>
 
-/*@
-  SlipKernelCheck - checks that a stiffness can be computed from a kernel
-
-  Not collective, but every process of comm must pass the same kernel
-
-  Input Parameters:
-+ comm   - communicator of the error messages
-- kernel - the kernel
-
-  Errors: PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP
-  for more than three components of slip or one row of normal stress, and averages that the type does not support
-
-  Level: developer
-
-.seealso: SlipKernelBlock(), MatCreateSlipStiffness(), MatCreateSlipCellStiffness(), MatCreateSlipCellVectorStiffness()
-@*/
+/* Checks that a stiffness can be computed from a kernel. comm: communicator of the error messages. Errors:
+   PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP for
+   more than three components of slip or one row of normal stress, and averages that the type does not support. */
 PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
 {
   PetscFunctionBegin;

@@ -1,7 +1,7 @@
 /* Displacement and stress at points by slip on many rectangles or triangles, as sums of the fields of dipping_points.c
    and triangle_points.c. Maps of the fields of a fault's slip use them. */
 #include <slipcompat.h>
-#include <slipelasticity.h>
+#include <slipstep/rooms/slipelasticity.h>
 
 typedef struct {
   PetscReal G, nu; /* G = 0: displacement */

@@ -37,35 +37,16 @@ PetscBool SlipHangingWall(const PetscReal normal[3])
   return (PetscBool)(normal[1] > 0);
 }
 
-/*@
-  SlipTriangleDirections - computes strike, dip and directions of a triangle, after Aki & Richards (1980)
-
-  Not collective, pure
-
-  Input Parameters:
-+ vertices - [3][3] north, east and down, in any order [m]
-- side     - [3] any vector that points into the hanging wall, or NULL: above the plane, and for a vertical one to the
-             right of a strike in [0, 180) degrees; dimensionless
-
-  Output Parameters:
-+ angles     - [2] strike in [0, 360) and dip [deg]; or NULL
-- directions - [3][3] unit vectors, each north, east and down, dimensionless: along strike, up dip, and across the
-               plane into the hanging wall; right-handed, those of SlipPlaneDirections() at rake 0; or NULL
-
-  Notes:
-  A horizontal triangle has the strike 0: its directions are north, west and up. Planes count as horizontal, vertical
-  and striking north within 1e-9 rad.
-
-  Where side is below the plane the dip is more than 90 degrees, and the strike the opposite one, so that neighbours
-  of a surface that turns over have directions that differ by little. Slip along strike and opening are the same
-  numbers for both sides, and slip up dip changes its sign.
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for triangles without an area, and for a side in the plane
-
-  Level: intermediate
-
-.seealso: SlipTriangleStress(), SlipPlaneDirections()
-@*/
+/* Computes strike, dip and directions of a triangle, after Aki & Richards (1980). vertices: [3][3] north, east and
+   down, in any order [m]; side: [3] any vector that points into the hanging wall, or NULL: above the plane, and for a
+   vertical one to the right of a strike in [0, 180) degrees; dimensionless; angles: [2] strike in [0, 360) and dip
+   [deg]; or NULL; directions: [3][3] unit vectors, each north, east and down, dimensionless: along strike, up dip, and
+   across the plane into the hanging wall; right-handed, those of SlipPlaneDirections() at rake 0; or NULL. A horizontal
+   triangle has the strike 0: its directions are north, west and up. Planes count as horizontal, vertical and striking
+   north within 1e-9 rad. Where side is below the plane the dip is more than 90 degrees, and the strike the opposite
+   one, so that neighbours of a surface that turns over have directions that differ by little. Slip along strike and
+   opening are the same numbers for both sides, and slip up dip changes its sign. Errors: PETSC_ERR_ARG_OUTOFRANGE for
+   triangles without an area, and for a side in the plane. */
 PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscReal side[], PetscReal angles[],
                                       PetscReal directions[])
 {
@@ -158,42 +139,19 @@ static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipTriangleDisplacement - computes the displacement of points by uniform slip on a triangle
-
-  Not collective, pure
-
-  Input Parameters:
-+ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
-. full_space - leave out the free surface z = 0
-. vertices   - [3][3] of the triangle that slips, each north, east and down, in any order; below the free surface or
-               up to it [m]
-. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
-. n          - number of points
-- points     - [n][3] north, east and down [m]; below a free surface or on it
-
-  Output Parameter:
-. u - [n][3] displacement north, east and down, in the unit of slip [m]
-
-  Notes:
-  Strike, dip and hanging wall are those of SlipTriangleDirections() without a side. Lengths may have any one unit.
-  The shear modulus does not matter.
-
-  A point on the triangle, to 1e-14 of the coordinates, belongs to the hanging wall; a point on the trace of a triangle
-  that breaks the surface has the limit from there along the ground. On an edge across which the triangle slips the
-  displacement has the logarithm of the distance, and the value at 1e-20 of the coordinates from it is returned. All
-  other points, also on extensions of edges and above and below vertices, need no care.
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a triangle whose height is less than 1e-6 of its longest side,
-  one that lies on the ground, and vertices and points above a free surface
-
-  Reference: the derivation is in the source files dipping.c, triangle_potential.c and triangle_surface.c; Nikkhoo and
-  Walter (2015) have the same fields
-
-  Level: intermediate
-
-.seealso: SlipTriangleStress(), SlipTriangleDirections(), SlipDippingDisplacement()
-@*/
+/* Computes the displacement of points by uniform slip on a triangle. nu: Poisson's ratio, in (-1, 0.5), dimensionless;
+   full_space: leave out the free surface z = 0; vertices: [3][3] of the triangle that slips, each north, east and down,
+   in any order; below the free surface or up to it [m]; slip: [3] along strike, up dip and opening: of the hanging wall
+   against the foot wall [m]; points: [n][3] north, east and down [m]; below a free surface or on it; u: [n][3]
+   displacement north, east and down, in the unit of slip [m]. Strike, dip and hanging wall are those of
+   SlipTriangleDirections() without a side. Lengths may have any one unit. The shear modulus does not matter. A point on
+   the triangle, to 1e-14 of the coordinates, belongs to the hanging wall; a point on the trace of a triangle that
+   breaks the surface has the limit from there along the ground. On an edge across which the triangle slips the
+   displacement has the logarithm of the distance, and the value at 1e-20 of the coordinates from it is returned. All
+   other points, also on extensions of edges and above and below vertices, need no care. Errors:
+   PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a triangle whose height is less than 1e-6 of its longest side, one that
+   lies on the ground, and vertices and points above a free surface. The derivation is in the source files dipping.c,
+   triangle_potential.c and triangle_surface.c; Nikkhoo and Walter (2015) have the same fields. */
 PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
                                         const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal u[])
 {
@@ -202,36 +160,15 @@ PetscErrorCode SlipTriangleDisplacement(PetscReal nu, PetscBool full_space, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipTriangleGradient - computes the gradient of the displacement of points by uniform slip on a triangle
-
-  Not collective, pure
-
-  Input Parameters:
-+ nu         - Poisson's ratio, in (-1, 0.5), dimensionless
-. full_space - leave out the free surface z = 0
-. vertices   - [3][3] of the triangle that slips, each north, east and down, in any order; below the free surface or
-               up to it [m]
-. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
-. n          - number of points
-- points     - [n][3] north, east and down [m]; below a free surface or on it
-
-  Output Parameter:
-. gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
-
-  Notes:
-  On an edge of the triangle, to 1e-14 of the coordinates, the gradient is infinite: the term in 1 / distance, which
-  changes its sign around the edge, is left out, and the rest is returned. Next to an edge values are not limited.
-
-  Far away, at the distance d from a triangle of the side a, edges cancel to 1e-14 (d/a)^2 of the value, more where it
-  is flat.
-
-  Errors: as of SlipTriangleDisplacement()
-
-  Level: intermediate
-
-.seealso: SlipTriangleDisplacement(), SlipTriangleStress(), SlipDippingGradient()
-@*/
+/* Computes the gradient of the displacement of points by uniform slip on a triangle. nu: Poisson's ratio, in (-1, 0.5),
+   dimensionless; full_space: leave out the free surface z = 0; vertices: [3][3] of the triangle that slips, each north,
+   east and down, in any order; below the free surface or up to it [m]; slip: [3] along strike, up dip and opening: of
+   the hanging wall against the foot wall [m]; points: [n][3] north, east and down [m]; below a free surface or on it;
+   gradient: [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless. On an edge of
+   the triangle, to 1e-14 of the coordinates, the gradient is infinite: the term in 1 / distance, which changes its sign
+   around the edge, is left out, and the rest is returned. Next to an edge values are not limited. Far away, at the
+   distance d from a triangle of the side a, edges cancel to 1e-14 (d/a)^2 of the value, more where it is flat. Errors:
+   as of SlipTriangleDisplacement(). */
 PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const PetscReal vertices[],
                                     const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal gradient[])
 {
@@ -240,33 +177,13 @@ PetscErrorCode SlipTriangleGradient(PetscReal nu, PetscBool full_space, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipTriangleStress - computes the stress at points by uniform slip on a triangle
-
-  Not collective, pure
-
-  Input Parameters:
-+ G          - shear modulus [Pa]
-. nu         - Poisson's ratio, in (-1, 0.5), dimensionless
-. full_space - leave out the free surface z = 0
-. vertices   - [3][3] of the triangle that slips, each north, east and down, in any order; below the free surface or
-               up to it [m]
-. slip       - [3] along strike, up dip and opening: of the hanging wall against the foot wall [m]
-. n          - number of points
-- points     - [n][3] north, east and down [m]; below a free surface or on it
-
-  Output Parameter:
-. stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
-
-  Note: on an edge of the triangle, where stress is infinite, the finite part is returned, as for
-  SlipTriangleGradient()
-
-  Errors: as of SlipTriangleDisplacement()
-
-  Level: intermediate
-
-.seealso: SlipTriangleGradient(), SlipTriangleDirections(), SlipStressTraction(), SlipDippingStress()
-@*/
+/* Computes the stress at points by uniform slip on a triangle. G: shear modulus [Pa]; nu: Poisson's ratio, in (-1,
+   0.5), dimensionless; full_space: leave out the free surface z = 0; vertices: [3][3] of the triangle that slips, each
+   north, east and down, in any order; below the free surface or up to it [m]; slip: [3] along strike, up dip and
+   opening: of the hanging wall against the foot wall [m]; points: [n][3] north, east and down [m]; below a free surface
+   or on it; stress: [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]. On an edge of
+   the triangle, where stress is infinite, the finite part is returned, as for SlipTriangleGradient(). Errors: as of
+   SlipTriangleDisplacement(). */
 PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_space, const PetscReal vertices[],
                                   const PetscReal slip[], PetscInt n, const PetscReal points[], PetscReal stress[])
 {

@@ -7,7 +7,7 @@
 
   (Geubelle & Rice 1995), of which the integrals of x W_III(x) and of J0 are in closed form as well.
 */
-#include <slipwaves.h>
+#include <slipstep/rooms/slipwaves.h>
 #include <slipcompat.h>
 #include <math.h>
 
@@ -35,19 +35,8 @@ static double Between(double x, double y)
   return sum;
 }
 
-/*@
-  SlipWaveStatic - returns W(0), the static stiffness of a mode over G k/2
-
-  Not collective, pure
-
-  Input Parameters:
-+ mode  - SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE
-- ratio - cp/cs, above 1; of mode II alone, dimensionless
-
-  Level: developer
-
-.seealso: SlipWaveKernel()
-@*/
+/* Returns W(0), the static stiffness of a mode over G k/2. mode: SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE; ratio:
+   cp/cs, above 1; of mode II alone, dimensionless. */
 PetscReal SlipWaveStatic(SlipWaveMode mode, PetscReal ratio)
 {
   return mode == SLIP_WAVE_ANTIPLANE ? 1 : 2 * (1 - 1 / (ratio * ratio));
@@ -64,28 +53,10 @@ static double Moment(double x, double J)
   return 0.5 * (x * x * Antiplane(x, J) + J - x * j0(x));
 }
 
-/*@
-  SlipWaveKernel - computes W(T), the part of the stress by slip of one wavenumber that arrives after the time T
-
-  Not collective, pure
-
-  Input Parameters:
-+ mode  - SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE
-. ratio - cp/cs, above 1; of mode II alone, dimensionless
-. n     - number of times
-- T     - [n] times k cs t, ascending, not negative, dimensionless
-
-  Output Parameter:
-. W - [n], dimensionless, with an error of 1e-16 T^2 in mode II
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for times that are negative or descend
-
-  Reference: Geubelle & Rice (1995)
-
-.seealso: SlipWavePolesCreate()
-@*/
+/* Computes W(T), the part of the stress by slip of one wavenumber that arrives after the time T. mode:
+   SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE; ratio: cp/cs, above 1; of mode II alone, dimensionless; T: [n] times k cs
+   t, ascending, not negative, dimensionless; W: [n], dimensionless, with an error of 1e-16 T^2 in mode II. Errors:
+   PETSC_ERR_ARG_OUTOFRANGE for times that are negative or descend. Geubelle & Rice (1995). */
 PetscErrorCode SlipWaveKernel(SlipWaveMode mode, PetscReal ratio, PetscInt n, const PetscReal T[], PetscReal W[])
 {
   const double a = (double)ratio, square = 1 / (a * a);

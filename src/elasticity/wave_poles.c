@@ -7,7 +7,7 @@
   removed, and so are those that hardly decay. The amplitudes fit W(T) over times by least squares with two constraints:
   W(0), so that slip which has just begun has the impedance alone, and the integral 1, so that slow slip has no damping.
 */
-#include <slipwaves.h>
+#include <slipstep/rooms/slipwaves.h>
 #include <slipcompat.h>
 #include <petscblaslapack.h>
 #include <complex.h>
@@ -282,27 +282,11 @@ static PetscErrorCode Refine(Fit *fit, PetscReal tolerance, const PetscReal T[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipWavePolesCreate - computes W as a sum of decaying exponentials
-
-  Not collective, pure
-
-  Input Parameters:
-+ mode      - SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE
-. ratio     - cp/cs, above 1; of mode II alone, dimensionless
-- tolerance - largest error of W, 1e-8 to 1e-1, dimensionless
-
-  Output Parameter:
-. poles - the sum, which SlipWavePolesDestroy() frees; its sum of amplitudes is W(0), its integral 1, as those of W
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE; PETSC_ERR_NOT_CONVERGED where that many poles are not enough
-
-  Reference: Nakatsukasa, Sete & Trefethen (2018)
-
-.seealso: SlipWaveKernel(), SlipWavePolesEvaluate()
-@*/
+/* Computes W as a sum of decaying exponentials. mode: SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE; ratio: cp/cs, above 1;
+   of mode II alone, dimensionless; tolerance: largest error of W, 1e-8 to 1e-1, dimensionless; poles: the sum, which
+   SlipWavePolesDestroy() frees; its sum of amplitudes is W(0), its integral 1, as those of W. Errors:
+   PETSC_ERR_ARG_OUTOFRANGE; PETSC_ERR_NOT_CONVERGED where that many poles are not enough. Nakatsukasa, Sete & Trefethen
+   (2018). */
 PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal tolerance, SlipWavePoles *poles)
 {
   PetscReal *T, *W;
@@ -333,19 +317,7 @@ PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipWavePolesEvaluate - evaluates the sum of exponentials at a time
-
-  Not collective, pure
-
-  Input Parameters:
-+ p - the sum
-- T - time k cs t, not negative, dimensionless
-
-  Level: developer
-
-.seealso: SlipWavePolesCreate()
-@*/
+/* Evaluates the sum of exponentials at a time. T: time k cs t, not negative, dimensionless. */
 PetscReal SlipWavePolesEvaluate(const SlipWavePoles *p, PetscReal T)
 {
   PetscReal sum = 0;
@@ -356,18 +328,7 @@ PetscReal SlipWavePolesEvaluate(const SlipWavePoles *p, PetscReal T)
   return sum;
 }
 
-/*@C
-  SlipWavePolesDestroy - frees a sum of exponentials
-
-  Not collective, pure
-
-  Input Parameter:
-. p - the sum, which is empty afterwards
-
-  Level: developer
-
-.seealso: SlipWavePolesCreate()
-@*/
+/* Frees a sum of exponentials. p: the sum, which is empty afterwards. */
 PetscErrorCode SlipWavePolesDestroy(SlipWavePoles *p)
 {
   PetscFunctionBegin;

@@ -1,5 +1,6 @@
 /* Converts quadrilaterals of a file that are rectangles with two level sides to rows of a list of cells. */
 #include <slipstep/private/slipmesh.h>
+#include <slipstep/rooms/slipelasticity.h>
 
 /* Largest distance of a corner from that of a rectangle, over the shorter side: large coordinates in single precision
    are as accurate. Rows that overlap by more are refused later. */

@@ -1,6 +1,6 @@
 /* Defines the circuit with an ideal Zener diode, states (V1, V2, i), see slipmodels.h: the system, the observations of
    policies, and its exact solution. */
-#include <slipmodels.h>
+#include <slipstep/rooms/slipmodels.h>
 #include <slipcompat.h>
 #include <string.h>
 
@@ -226,52 +226,17 @@ static void Advance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[])
   for (int k = 0; k < N; k++) w[k] = to[k];
 }
 
-/*@C
-  SlipCircuitFlow - computes the exact state of the circuit after a time, while V1 keeps its sign or rests
-
-  Not collective.
-
-  Input Parameters:
-+ c    - the circuit
-. sign - 1 or -1, that of V1, or 0: it rests
-. t    - the time [s], less than a fifth of the shortest time of the circuit
-- from - the state now [3]
-
-  Output Parameter:
-. to - the state then [3]
-
-  Level: developer
-
-  Note:
-  The system is linear, and 16 terms of its Taylor series are exact to rounding for such times.
-
-.seealso: SlipCircuitAdvance()
-@*/
+/* Computes the exact state of the circuit after a time, while V1 keeps its sign or rests. sign: 1 or -1, that of V1, or
+   0: it rests; t: the time [s], less than a fifth of the shortest time of the circuit; from: the state now [3]; to: the
+   state then [3]. The system is linear, and 16 terms of its Taylor series are exact to rounding for such times. */
 void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[])
 {
   Flow(c, sign, t, from, to);
 }
 
-/*@C
-  SlipCircuitAdvance - computes the exact state of the circuit after a time, across the ends of phases
-
-  Not collective.
-
-  Input Parameters:
-+ c - the circuit
-- t - the time [s], so short that no phase begins and ends within it, and short enough for SlipCircuitFlow()
-
-  Input/Output Parameters:
-+ sign - of the phase: that of V1, 0 while it rests
-- w    - the state [3]
-
-  Level: developer
-
-  Note:
-  Bisection finds the end of a phase.
-
-.seealso: SlipModelExactTable(), SlipCircuitFlow()
-@*/
+/* Computes the exact state of the circuit after a time, across the ends of phases. t: the time [s], so short that no
+   phase begins and ends within it, and short enough for SlipCircuitFlow(); sign: of the phase: that of V1, 0 while it
+   rests; w: the state [3]. Bisection finds the end of a phase. */
 void SlipCircuitAdvance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[])
 {
   Advance(c, t, sign, w);

@@ -1,7 +1,7 @@
 /* Implements what all small models share: creation, set-up and destruction, options, and the TS. */
-#include <slipmodels.h>
-#include <slipsys.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipmodels.h>
+#include <slipstep/rooms/slipsys.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <slipcompat.h>
 #include <string.h>
 
@@ -107,20 +107,8 @@ PetscErrorCode SlipModelSetFromOptions(SlipModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipModelSetUp - checks the parameters of a small model and computes the numbers that follow from them
-
-  Not collective; after a parameter has been changed, before SlipModelConfigureTS().
-
-  Input Parameter:
-. model - the model
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE, with the parameter's option and the expected value
-
-.seealso: SlipModelSetFromOptions()
-@*/
+/* Checks the parameters of a small model and computes the numbers that follow from them. Errors:
+   PETSC_ERR_ARG_OUTOFRANGE, with the parameter's option and the expected value. */
 PetscErrorCode SlipModelSetUp(SlipModel model)
 {
   PetscFunctionBegin;
@@ -137,22 +125,8 @@ static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipModelFindObservation - finds the row of a name in a small model's table of observations
-
-  Not collective.
-
-  Input Parameters:
-+ model - the model
-- name  - name of an observation, such as "energy"
-
-  Level: developer
-
-  Note:
-  Returns the number of the row in model->ops->observations, -1 when there is none.
-
-.seealso: SlipModelConfigureTS(), TSSetSlipProblem()
-@*/
+/* Finds the row of a name in a small model's table of observations. name: name of an observation, such as "energy".
+   Returns the number of the row in model->ops->observations, -1 when there is none. */
 PetscInt SlipModelFindObservation(SlipModel model, const char name[])
 {
   const SlipModelObservation *rows = model->ops->observations;
@@ -306,23 +280,8 @@ PetscReal SlipModelEnergy(SlipModel model, const PetscReal w[])
   return 0.5 * twice;
 }
 
-/*@C
-  SlipModelExactTable - computes the exact solution of a small model at equal intervals
-
-  Not collective.
-
-  Input Parameters:
-+ model - the model, set up
-. dt    - the interval [s]
-- n     - number of times 0, dt, ..., (n - 1) dt
-
-  Output Parameter:
-. w - the states [n][states]
-
-  Level: intermediate
-
-.seealso: SlipModelCreate()
-@*/
+/* Computes the exact solution of a small model at equal intervals. dt: the interval [s]; n: number of times 0, dt, ...,
+   (n - 1) dt; w: the states [n][states]. */
 void SlipModelExactTable(SlipModel model, PetscReal dt, PetscInt n, PetscReal w[])
 {
   PetscReal reaction;

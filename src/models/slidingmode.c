@@ -1,6 +1,6 @@
 /* Defines the first-order sliding mode controller, dw/dt = D sin(omega t) + r, r in -k Sign(w): the system, the
    observations of policies, and its exact solution. */
-#include <slipmodels.h>
+#include <slipstep/rooms/slipmodels.h>
 #include <slipcompat.h>
 #include <string.h>
 
@@ -85,24 +85,9 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipSlidingModeEvent - predicts the time to the next change of regime: while w moves, until it is zero at its present
-  rate; at rest, until the disturbance exceeds the gain
-
-  Not collective.
-
-  Input Parameters:
-+ m - the model
-. t - the time [s]
-- w - the state at that time
-
-  Level: developer
-
-  Note:
-  Returns the time in s, or PETSC_MAX_REAL when no change is predicted.
-
-.seealso: SlipModelCreate()
-@*/
+/* Predicts the time to the next change of regime: while w moves, until it is zero at its present rate; at rest, until
+   the disturbance exceeds the gain. t: the time [s]. Returns the time in s, or PETSC_MAX_REAL when no change is
+   predicted. */
 PetscReal SlipSlidingModeEvent(const SlipSlidingMode *m, PetscReal t, PetscReal w)
 {
   const PetscReal load = m->D * PetscSinReal(m->omega * t), rate = load - (w > 0 ? m->k : -m->k);

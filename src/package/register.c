@@ -1,5 +1,5 @@
 /* Registration of the whole library: every folder registers its classes, types and events, and this calls them all. */
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 /* A plugin uses the PETSc of the program, which may differ from that of its headers. */

@@ -1,7 +1,7 @@
 /* SlipPolicy, a small network that maps an observation to a step size: creation, destruction, hash and view */
 #include <slipstep/private/slippolicy.h>
-#include <slipcore.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipcore.h>
+#include <slipstep/rooms/slipsys.h>
 
 /*@
   SlipPolicyCreate - creates an empty policy
@@ -75,18 +75,7 @@ PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipPolicyReference - adds a reference to a policy
-
-  Logically collective
-
-  Input Parameter:
-. policy - the object
-
-  Level: intermediate
-
-.seealso: SlipPolicyDestroy(), SlipPolicyCreate()
-@*/
+/* Adds a reference to a policy. */
 PetscErrorCode SlipPolicyReference(SlipPolicy policy)
 {
   PetscFunctionBegin;
@@ -95,21 +84,8 @@ PetscErrorCode SlipPolicyReference(SlipPolicy policy)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipPolicyGetHash - gets a hash of the policy's content, which identifies it in outputs
-
-  Not collective
-
-  Input Parameter:
-. p - the policy
-
-  Output Parameter:
-. hash - 16 hexadecimal digits (FNV-1a, 64 bit), borrowed; the same for a policy in memory and loaded from its file
-
-  Level: intermediate
-
-.seealso: SlipPolicyGetFile()
-@*/
+/* Gets a hash of the policy's content, which identifies it in outputs. hash: 16 hexadecimal digits (FNV-1a, 64 bit),
+   borrowed; the same for a policy in memory and loaded from its file. */
 PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[])
 {
   size_t n;

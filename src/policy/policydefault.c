@@ -1,7 +1,7 @@
 /* Finds the policies and measured numbers that come with the library, wherever that was installed or moved to. */
 #define _GNU_SOURCE /* dladdr() */
-#include <slippolicy.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slippolicy.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slippolicy.h>
 #include <dlfcn.h>

@@ -1,7 +1,7 @@
 /* Policies as HDF5 files (slippolicy.h): rank 0 reads or writes, and all ranks get its numbers and its errors. */
 #include <slipstep/private/slippolicy.h>
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <time.h>
 
 #define POLICY_FORMAT "slipstep-policy"

@@ -31,23 +31,8 @@ PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipPolicyGetNumber - gets an attribute that is a number
-
-  Not collective
-
-  Input Parameters:
-+ p    - the policy
-- name - of the attribute, such as `SLIP_POLICY_MOVING_DT_MAX`
-
-  Output Parameters:
-+ value - the number, in the unit in which it was set; 0 if there is none
-- has   - whether there is one
-
-  Level: intermediate
-
-.seealso: SlipPolicySetAttribute()
-@*/
+/* Gets an attribute that is a number. name: of the attribute, such as `SLIP_POLICY_MOVING_DT_MAX`; value: the number,
+   in the unit in which it was set; 0 if there is none. */
 PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has)
 {
   const char *text;
@@ -131,21 +116,8 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipPolicyIsRelative - gets whether the steps of a policy are multiples of the last attempt's (unit "h" of its action)
-
-  Not collective
-
-  Input Parameter:
-. p - the policy
-
-  Output Parameter:
-. relative - `PETSC_TRUE`: SlipPolicyActionToStep() computes the ratio of the next step to the last attempt's
-
-  Level: intermediate
-
-.seealso: SlipPolicySetAction(), SlipPolicyActionToStep()
-@*/
+/* Gets whether the steps of a policy are multiples of the last attempt's (unit "h" of its action). relative:
+   `PETSC_TRUE`: SlipPolicyActionToStep() computes the ratio of the next step to the last attempt's. */
 PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative)
 {
   PetscFunctionBegin;
@@ -154,21 +126,7 @@ PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipPolicyGetFile - gets the file that a policy was loaded from or stored to
-
-  Not collective
-
-  Input Parameter:
-. p - the policy
-
-  Output Parameter:
-. file - borrowed; "(in memory)" if there is none
-
-  Level: intermediate
-
-.seealso: SlipPolicyLoad(), SlipPolicyGetHash()
-@*/
+/* Gets the file that a policy was loaded from or stored to. file: borrowed; "(in memory)" if there is none. */
 PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 {
   PetscFunctionBegin;
@@ -177,22 +135,8 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipPolicyGetRange - gets the smallest and largest values of the observations in training
-
-  Not collective
-
-  Input Parameter:
-. p - the policy
-
-  Output Parameters:
-+ min - one per observation, dimensionless, borrowed; `NULL` if the policy has no range
-- max - likewise, dimensionless
-
-  Level: intermediate
-
-.seealso: SlipPolicySetRange(), SlipPolicyEvaluate()
-@*/
+/* Gets the smallest and largest values of the observations in training. min: one per observation, dimensionless,
+   borrowed; NULL if the policy has no range; max: likewise, dimensionless. */
 PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[], const PetscReal *max[])
 {
   PetscFunctionBegin;

@@ -12,15 +12,7 @@ static PetscErrorCode Register_Policy(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipPolicyInitializePackage - registers the class of policies and the event of their evaluation
-
-  Not collective; after PetscInitialize(). Later calls do nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), SlipPolicyCreate(), SlipPolicyLoad()
-@*/
+/* Registers the class of policies and the event of their evaluation. */
 PetscErrorCode SlipPolicyInitializePackage(void)
 {
   return SlipRegisterOnce(Register_Policy);

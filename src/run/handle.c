@@ -197,18 +197,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipFaultReference - adds a reference to a fault
-
-  Logically collective
-
-  Input Parameter:
-. fault - the fault
-
-  Level: intermediate
-
-.seealso: SlipFaultDestroy()
-@*/
+/* Adds a reference to a fault. */
 PetscErrorCode SlipFaultReference(SlipFault fault)
 {
   PetscFunctionBegin;

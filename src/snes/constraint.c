@@ -1,7 +1,7 @@
 /* SlipConstraint: a set-valued reaction, which a problem defines by a table of operations. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 /*@C
   SlipConstraintDestroy - destroys a constraint when its last reference is gone
@@ -175,21 +175,7 @@ PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipConstraintGetComponents - gets how many numbers a cell has in reduced vectors
-
-  Not collective
-
-  Input Parameter:
-. con - the constraint
-
-  Output Parameter:
-. c - 1, 2 or 3
-
-  Level: advanced
-
-.seealso: SlipConstraintSetComponents()
-@*/
+/* Gets how many numbers a cell has in reduced vectors. */
 PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c)
 {
   PetscFunctionBegin;
@@ -254,26 +240,9 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipConstraintReactionOf - computes the reaction as SlipConstraintInitialReaction() does, from a given F_s
-
-  Collective
-
-  Input Parameters:
-+ con - the constraint, with the operations reduce and bound_state
-. t   - the time [s]
-. w   - the full state
-- Fs  - F_s(t, w), full
-
-  Output Parameter:
-. r - reduced, as of SlipConstraintInitialReaction()
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_WRONG when the problem has no operation reduce or bound_state
-
-.seealso: SlipConstraintInitialReaction()
-@*/
+/* Computes the reaction as SlipConstraintInitialReaction() does, from a given F_s. con: the constraint, with the
+   operations reduce and bound_state; t: the time [s]; r: reduced, as of SlipConstraintInitialReaction(). Errors:
+   PETSC_ERR_ARG_WRONG when the problem has no operation reduce or bound_state. */
 PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, Vec Fs, Vec r)
 {
   const PetscInt c = con->components;

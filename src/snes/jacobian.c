@@ -177,21 +177,8 @@ static PetscErrorCode MatDestroy_SlipJacobian(Mat J)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatCreateSlipJacobian - creates the generalised Jacobian of a stage's natural map as a symmetric matrix-free Mat
-
-  Collective
-
-  Input Parameter:
-. B - the stage operator, N x N, symmetric
-
-  Output Parameter:
-. J - (J y)_i = m_i [B (m y)]_i + d_i m_i y_i + (1 - m_i) y_i; its parts must be set before use
-
-  Level: advanced
-
-.seealso: MatSlipJacobianSetParts(), MatSlipJacobianGetParts()
-@*/
+/* Creates the generalised Jacobian of a stage's natural map as a symmetric matrix-free Mat. B: the stage operator, N x
+   N, symmetric; J: (J y)_i = m_i [B (m y)]_i + d_i m_i y_i + (1 - m_i) y_i; its parts must be set before use. */
 PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
 {
   SlipJacobian *jac;
@@ -215,24 +202,10 @@ PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipJacobianSetParts - sets the operator, sliding set and slope of a generalised Jacobian
-
-  Collective
-
-  Input Parameters:
-+ J     - from MatCreateSlipJacobian()
-. B     - the stage operator [Pa s/m for the fault]
-. mask  - 1 where a cell slides, 0 where it sticks
-- slope - diagonal that the bound adds where sliding, same units as B
-
-  Level: advanced
-
-  Note:
-  The Mat takes references. Call this again after a change of their values, so that preconditioners are set up anew.
-
-.seealso: MatCreateSlipJacobian()
-@*/
+/* Sets the operator, sliding set and slope of a generalised Jacobian. J: from MatCreateSlipJacobian(); B: the stage
+   operator [Pa s/m for the fault]; mask: 1 where a cell slides, 0 where it sticks; slope: diagonal that the bound adds
+   where sliding, same units as B. The Mat takes references. Call this again after a change of their values, so that
+   preconditioners are set up anew. */
 PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
 {
   SlipJacobian *jac;
@@ -292,25 +265,9 @@ PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipJacobianGetParts - gets the parts of a generalised Jacobian
-
-  Not collective
-
-  Input Parameter:
-. J - from MatCreateSlipJacobian()
-
-  Output Parameters:
-+ B     - the stage operator, borrowed
-. mask  - 1 where a cell slides, 0 where it sticks, borrowed
-- slope - diagonal that the bound adds, borrowed
-
-  Level: advanced
-
-  Errors: PETSC_ERR_ORDER before MatSlipJacobianSetParts()
-
-.seealso: MatSlipJacobianSetParts()
-@*/
+/* Gets the parts of a generalised Jacobian. J: from MatCreateSlipJacobian(); B: the stage operator, borrowed; mask: 1
+   where a cell slides, 0 where it sticks, borrowed; slope: diagonal that the bound adds, borrowed. Errors:
+   PETSC_ERR_ORDER before MatSlipJacobianSetParts(). */
 PetscErrorCode MatSlipJacobianGetParts(Mat J, Mat *B, Vec *mask, Vec *slope)
 {
   SlipJacobian *jac;

@@ -16,15 +16,7 @@ static PetscErrorCode Register_SNES(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipSNESInitializePackage - registers the class of constraints, the SNES types, and the classes that they use
-
-  Not collective; after PetscInitialize(). Further calls do nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), SNESSEMISMOOTH, SNESPROJECTION, SlipConstraintCreate()
-@*/
+/* Registers the class of constraints, the SNES types, and the classes that they use. */
 PetscErrorCode SlipSNESInitializePackage(void)
 {
   return SlipRegisterOnce(Register_SNES);

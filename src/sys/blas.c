@@ -2,22 +2,11 @@
    its function is looked up by name; PetscBLASSetNumThreads() of PETSc 3.20 and later uses that of PETSc's
    configuration. */
 #define _GNU_SOURCE /* RTLD_DEFAULT */
-#include <slipblas.h>
+#include <slipstep/rooms/slipblas.h>
 #include <dlfcn.h>
 #include <string.h>
 
-/*@C
-  SlipBLASSetNumThreads - sets how many threads BLAS may use in this process
-
-  Not collective; only OpenBLAS, MKL and BLIS obey it.
-
-  Input Parameter:
-. n - the number of threads
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage()
-@*/
+/* Sets how many threads BLAS may use in this process. */
 void SlipBLASSetNumThreads(int n)
 {
   /* functions of OpenBLAS, MKL and BLIS; that of BLIS has a dim_t argument */

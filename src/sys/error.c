@@ -1,6 +1,6 @@
 /* Errors and warnings of programs, as one line for the user, and errors of rank 0 raised on every rank. The program's
    name is that of PETSc. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -162,19 +162,7 @@ static PetscBool Append(char lines[LINES], const char format[], va_list args)
   return length >= 0 && (size_t)length < room ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/*@C
-  SlipWarning - prints one line on stderr, "program: warning: message"
-
-  Not collective: every process that calls it prints, unless SlipWarningsKeep() says otherwise.
-
-  Input Parameters:
-+ format - see printf()
-- ...    - its arguments
-
-  Level: developer
-
-.seealso: SlipErrorHandlerPush()
-@*/
+/* Prints one line on stderr, "program: warning: message". format: as of printf(), with its arguments. */
 PetscErrorCode SlipWarning(const char format[], ...)
 {
   va_list args;
@@ -224,18 +212,8 @@ PetscErrorCode SlipWarnOfUnit(const char what[], PetscReal value, const char uni
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipWarningsTake - gets the warnings of this process since the last call, for the report of a run
-
-  Not collective.
-
-  Output Parameter:
-. text - a line for each warning, cut after 8 kB; PetscFree() it
-
-  Level: developer
-
-.seealso: SlipWarning(), SlipWarningsKeep()
-@*/
+/* Gets the warnings of this process since the last call, for the report of a run. text: a line for each warning, cut
+   after 8 kB; PetscFree() it. */
 PetscErrorCode SlipWarningsTake(char **text)
 {
   PetscFunctionBegin;

@@ -40,21 +40,8 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteAttrReal - writes a real attribute; the group is created if the path does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - group or dataset
-. attr  - name of the attribute
-- value - the number, in a unit that readers must know
-
-  Level: developer
-
-.seealso: SlipH5ReadAttrReal()
-@*/
+/* Writes a real attribute; the group is created if the path does not exist. value: the number, in a unit that readers
+   must know. */
 PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value)
 {
   PetscFunctionBegin;
@@ -62,21 +49,7 @@ PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteAttrInt - writes an integer attribute (64 bits); the group is created if the path does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - group or dataset
-. attr  - name of the attribute
-- value - the number
-
-  Level: developer
-
-.seealso: SlipH5ReadAttrInt()
-@*/
+/* Writes an integer attribute (64 bits); the group is created if the path does not exist. */
 PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value)
 {
   PetscFunctionBegin;
@@ -84,24 +57,9 @@ PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteAttrInts - writes a list of integers (64 bits) as an attribute; the group is created if it does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h      - file
-. path   - group or dataset
-. attr   - name of the attribute, which must not exist with another length
-. n      - number of integers, 1 to 8000: HDF5 has 64 kB for an attribute
-- values - the integers
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE
-
-.seealso: SlipH5WriteAttrInt()
-@*/
+/* Writes a list of integers (64 bits) as an attribute; the group is created if it does not exist. attr: name of the
+   attribute, which must not exist with another length; n: number of integers, 1 to 8000: HDF5 has 64 kB for an
+   attribute. Errors: PETSC_ERR_FILE_WRITE. */
 PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr[], PetscInt n, const PetscInt values[])
 {
   PetscFunctionBegin;
@@ -109,21 +67,7 @@ PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteAttrString - writes a string attribute (fixed length, UTF-8); the group is created if it does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - group or dataset
-. attr  - name of the attribute
-- value - the text
-
-  Level: developer
-
-.seealso: SlipH5ReadAttrString()
-@*/
+/* Writes a string attribute (fixed length, UTF-8); the group is created if it does not exist. */
 PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[])
 {
   const hid_t type = H5Tcopy(H5T_C_S1);

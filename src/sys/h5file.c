@@ -1,6 +1,6 @@
 /* Opens HDF5 files for reading, and queries their content. */
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <stdio.h>
 #include <sys/stat.h>
 #include <slipstep/private/slipwork.h>
@@ -72,23 +72,7 @@ PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5OpenRead - opens an HDF5 file for reading
-
-  Not collective: call on one rank and broadcast what was read.
-
-  Input Parameter:
-. file - its name
-
-  Output Parameter:
-. h - the open file
-
-  Level: developer
-
-  Errors: those of SlipH5OpenReadOption().
-
-.seealso: SlipH5OpenReadOption(), SlipH5Create(), SlipH5Close()
-@*/
+/* Opens an HDF5 file for reading. Errors: those of SlipH5OpenReadOption(). */
 PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
 {
   PetscFunctionBegin;
@@ -96,23 +80,9 @@ PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CheckRead - checks that the HDF5 file that an option names can be read
-
-  Collective; rank 0 opens it.
-
-  Input Parameters:
-+ comm   - the processes
-. prefix - options prefix of the object that will read it, or NULL
-. option - name of the option without dash and prefix, for messages
-- file   - name of the file
-
-  Level: developer
-
-  Errors: those of SlipH5OpenReadOption().
-
-.seealso: SlipH5OpenReadOption(), SlipH5CheckCreateKind()
-@*/
+/* Checks that the HDF5 file that an option names can be read. prefix: options prefix of the object that will read it,
+   or NULL; option: name of the option without dash and prefix, for messages. Errors: those of SlipH5OpenReadOption().
+   */
 PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char option[], const char file[])
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -240,21 +210,7 @@ static PetscErrorCode SlipH5MakeGroup(SlipH5 *h, const char path[], PetscBool nu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5Group - creates a group and its parents unless they exist
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-- path - absolute path
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when the group cannot be created
-
-.seealso: SlipH5Has()
-@*/
+/* Creates a group and its parents unless they exist. Errors: PETSC_ERR_FILE_WRITE when the group cannot be created. */
 PetscErrorCode SlipH5Group(SlipH5 *h, const char path[])
 {
   PetscFunctionBegin;
@@ -262,23 +218,9 @@ PetscErrorCode SlipH5Group(SlipH5 *h, const char path[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5GroupOfNumbers - creates a group, as SlipH5Group(), to which attributes can be added after SlipH5Live()
-
-  Not collective.
-
-  Input Parameters:
-+ h    - growing file
-- path - absolute path
-
-  Level: developer
-
-  Note:
-  All its attributes are in its header, whose changes SWMR writes in a safe order; from nine on they would move to a
-  heap, whose changes it does not.
-
-.seealso: SlipH5Live()
-@*/
+/* Creates a group, as SlipH5Group(), to which attributes can be added after SlipH5Live(). All its attributes are in its
+   header, whose changes SWMR writes in a safe order; from nine on they would move to a heap, whose changes it does not.
+   */
 PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[])
 {
   PetscFunctionBegin;
@@ -286,21 +228,7 @@ PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5RemoveGroup - removes a group and its content, if it exists
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file, not live
-- path - absolute path
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when it cannot be removed
-
-.seealso: SlipH5Group()
-@*/
+/* Removes a group and its content, if it exists. Errors: PETSC_ERR_FILE_WRITE when it cannot be removed. */
 PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[])
 {
   PetscBool has;
@@ -312,24 +240,8 @@ PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CountMembers - gets the number of groups and datasets in a group
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-- path - absolute path of the group
-
-  Output Parameter:
-. n - their number
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED when there is no such group
-
-.seealso: SlipH5Has()
-@*/
+/* Gets the number of groups and datasets in a group. path: absolute path of the group. Errors:
+   PETSC_ERR_FILE_UNEXPECTED when there is no such group. */
 PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], PetscInt *n)
 {
   H5G_info_t info = {0};

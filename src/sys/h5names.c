@@ -1,5 +1,5 @@
 /* Finds content of an HDF5 input that no code reads: unknown names of datasets and attributes, and unexpected units. */
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <ctype.h>
@@ -59,21 +59,8 @@ PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CheckNames - raises an error if the root of a file has unknown datasets or groups
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-- names - known names, separated by blanks
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one
-
-.seealso: SlipH5CheckAttributes()
-@*/
+/* Raises an error if the root of a file has unknown datasets or groups. names: known names, separated by blanks.
+   Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one. */
 PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
 {
   char name[256], hint[SLIP_HINT_LENGTH];
@@ -89,23 +76,9 @@ PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CheckAttributes - raises an error if a dataset has unknown attributes
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - the dataset, which must exist
-- names - known attributes, separated by blanks. Names that begin with a capital or "_" are those of HDF5's and netCDF's
-          conventions, and are ignored.
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one
-
-.seealso: SlipH5CheckNames()
-@*/
+/* Raises an error if a dataset has unknown attributes. path: the dataset, which must exist; names: known attributes,
+   separated by blanks. Names that begin with a capital or "_" are those of HDF5's and netCDF's conventions, and are
+   ignored. Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one. */
 PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char names[])
 {
   char name[256], hint[SLIP_HINT_LENGTH];
@@ -122,25 +95,9 @@ PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char na
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CheckUnits - raises an error if a dataset has other units than those expected
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - the dataset, which must exist
-- unit - "" for numbers without one
-
-  Output Parameter:
-. has - whether it has units, in the attribute "units"
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED, with its units and those expected
-
-.seealso: SlipH5CheckAttributes()
-@*/
+/* Raises an error if a dataset has other units than those expected. path: the dataset, which must exist; unit: "" for
+   numbers without one; has: whether it has units, in the attribute "units". Errors: PETSC_ERR_FILE_UNEXPECTED, with its
+   units and those expected. */
 PetscErrorCode SlipH5CheckUnits(SlipH5 *h, const char path[], const char unit[], PetscBool *has)
 {
   char text[64];

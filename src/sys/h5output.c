@@ -6,7 +6,7 @@
    has the rows before it. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <petsctime.h>
@@ -52,28 +52,11 @@ static hid_t SlipH5Access(PetscBool growing)
   return access;
 }
 
-/*@C
-  SlipH5CreateKind - starts writing an HDF5 file
-
-  Not collective: call on one rank.
-
-  Input Parameters:
-+ kind - the option that names it, and whether it grows
-- file - final name, which SlipH5Close() gives it; links are followed
-
-  Output Parameter:
-. h - the open file
-
-  Level: developer
-
-  Notes:
-  The content is in file.part.new, and in file.part from SlipH5Live() on.
-
-  Errors: PETSC_ERR_FILE_OPEN if file is a directory or special file, an input of this program or of another format, if
-  file.part.new cannot be created, if another program is writing it, and if it grows and there is a file.part with rows.
-
-.seealso: SlipH5Create(), SlipH5Live(), SlipH5Close()
-@*/
+/* Starts writing an HDF5 file. kind: the option that names it, and whether it grows; file: final name, which
+   SlipH5Close() gives it; links are followed. The content is in file.part.new, and in file.part from SlipH5Live() on.
+   Errors: PETSC_ERR_FILE_OPEN if file is a directory or special file, an input of this program or of another format, if
+   file.part.new cannot be created, if another program is writing it, and if it grows and there is a file.part with
+   rows. */
 PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH5 *h)
 {
   hid_t access, creation;
@@ -118,26 +101,10 @@ static int SlipH5CopyBytes(const char from[], int to)
   return reason;
 }
 
-/*@C
-  SlipH5CreateCopy - starts writing an HDF5 file that begins as the copy of another
-
-  Not collective: call on one rank.
-
-  Input Parameters:
-+ kind - the option that names it, and whether it grows
-. from - the file to copy, NULL for file.part or, if there is none, file
-- file - final name, which SlipH5Close() gives it
-
-  Output Parameter:
-. h - the open file
-
-  Level: developer
-
-  Errors: those of SlipH5CreateKind(), except that rows of a file.part are no error, and PETSC_ERR_FILE_WRITE if it
-  cannot be copied
-
-.seealso: SlipH5CreateKind(), SlipH5SetRows()
-@*/
+/* Starts writing an HDF5 file that begins as the copy of another. kind: the option that names it, and whether it grows;
+   from: the file to copy, NULL for file.part or, if there is none, file; file: final name, which SlipH5Close() gives
+   it. Errors: those of SlipH5CreateKind(), except that rows of a file.part are no error, and PETSC_ERR_FILE_WRITE if it
+   cannot be copied. */
 PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const char file[], SlipH5 *h)
 {
   char part[PETSC_MAX_PATH_LEN], object[PETSC_MAX_PATH_LEN] = "";
@@ -199,21 +166,9 @@ PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CheckCreateKind - checks that SlipH5CreateKind() will succeed, before a long computation
-
-  Not collective.
-
-  Input Parameters:
-+ kind - the option that names it, and whether it grows
-- file - final name; an empty one is no file and no error
-
-  Level: developer
-
-  Errors: those of SlipH5CreateKind(), and PETSC_ERR_FILE_OPEN if an option of this program has file as its input
-
-.seealso: SlipH5CheckCreate(), SlipH5CreateKind()
-@*/
+/* Checks that SlipH5CreateKind() will succeed, before a long computation. kind: the option that names it, and whether
+   it grows; file: final name; an empty one is no file and no error. Errors: those of SlipH5CreateKind(), and
+   PETSC_ERR_FILE_OPEN if an option of this program has file as its input. */
 PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[])
 {
   SlipH5 h;
@@ -226,20 +181,8 @@ PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CheckCreate - checks a file that no option names, see SlipH5CheckCreateKind()
-
-  Not collective.
-
-  Input Parameter:
-. file - final name; an empty one is no file and no error
-
-  Level: developer
-
-  Errors: those of SlipH5CheckCreateKind()
-
-.seealso: SlipH5CheckCreateKind(), SlipH5Create()
-@*/
+/* Checks a file that no option names, see SlipH5CheckCreateKind(). file: final name; an empty one is no file and no
+   error. Errors: those of SlipH5CheckCreateKind(). */
 PetscErrorCode SlipH5CheckCreate(const char file[])
 {
   const SlipH5Kind kind = {0};
@@ -251,24 +194,9 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 
 /* ---- writing ---- */
 
-/*@C
-  SlipH5Live - makes a growing file readable from now on, as file.part
-
-  Not collective.
-
-  Input Parameter:
-. h - a growing file, with all its groups, series and attributes
-
-  Level: developer
-
-  Notes:
-  Its attribute "complete" is 0 until SlipH5Close(). From now on only rows can be added, and attributes of groups made
-  by SlipH5GroupOfNumbers().
-
-  Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
-
-.seealso: SlipH5CreateKind(), SlipH5AppendAll(), SlipH5FlushIsDue()
-@*/
+/* Makes a growing file readable from now on, as file.part. h: a growing file, with all its groups, series and
+   attributes. Its attribute "complete" is 0 until SlipH5Close(). From now on only rows can be added, and attributes of
+   groups made by SlipH5GroupOfNumbers(). Errors: PETSC_ERR_FILE_WRITE when the file cannot be written. */
 PetscErrorCode SlipH5Live(SlipH5 *h)
 {
   char part[PETSC_MAX_PATH_LEN];
@@ -286,20 +214,7 @@ PetscErrorCode SlipH5Live(SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5Flush - writes all data so far to the file
-
-  Not collective.
-
-  Input Parameter:
-. h - file
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
-
-.seealso: SlipH5FlushIsDue(), SlipH5Sync(), SlipH5Close()
-@*/
+/* Writes all data so far to the file. Errors: PETSC_ERR_FILE_WRITE when the file cannot be written. */
 PetscErrorCode SlipH5Flush(SlipH5 *h)
 {
   PetscLogDouble begin;
@@ -316,21 +231,8 @@ PetscErrorCode SlipH5Flush(SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5FlushIsDue - checks whether it is time to flush; flushes should take a hundredth of the wall time
-
-  Not collective.
-
-  Input Parameter:
-. h - file
-
-  Output Parameter:
-. due - after a hundred times the last flush, not before 0.1 s and at the latest after 10 s
-
-  Level: developer
-
-.seealso: SlipH5Flush()
-@*/
+/* Checks whether it is time to flush; flushes should take a hundredth of the wall time. due: after a hundred times the
+   last flush, not before 0.1 s and at the latest after 10 s. */
 PetscErrorCode SlipH5FlushIsDue(SlipH5 *h, PetscBool *due)
 {
   PetscLogDouble now;
@@ -342,20 +244,7 @@ PetscErrorCode SlipH5FlushIsDue(SlipH5 *h, PetscBool *due)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5Sync - flushes, see SlipH5Flush(), and waits for the disk
-
-  Not collective.
-
-  Input Parameter:
-. h - file
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
-
-.seealso: SlipH5Flush()
-@*/
+/* Flushes, see SlipH5Flush(), and waits for the disk. Errors: PETSC_ERR_FILE_WRITE when the file cannot be written. */
 PetscErrorCode SlipH5Sync(SlipH5 *h)
 {
   PetscFunctionBegin;
@@ -364,20 +253,8 @@ PetscErrorCode SlipH5Sync(SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5Abandon - closes an incomplete file: a file that does not grow is removed, a growing one remains as file.part
-
-  Not collective. A file that is not open is ignored.
-
-  Input Parameter:
-. h - file
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when the last rows of a growing file cannot be written
-
-.seealso: SlipH5Close()
-@*/
+/* Closes an incomplete file: a file that does not grow is removed, a growing one remains as file.part. Errors:
+   PETSC_ERR_FILE_WRITE when the last rows of a growing file cannot be written. */
 PetscErrorCode SlipH5Abandon(SlipH5 *h)
 {
   PetscFunctionBegin;
@@ -391,18 +268,8 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5AbandonAll - calls SlipH5Abandon() for every file that this process writes, when an error ends the program
-
-  Not collective.
-
-  Level: developer
-
-  Note:
-  A growing file without rows is removed as well. No error is raised.
-
-.seealso: SlipH5Abandon(), SlipErrorHandlerPush()
-@*/
+/* Calls SlipH5Abandon() for every file that this process writes, when an error ends the program. A growing file without
+   rows is removed as well. No error is raised. */
 void SlipH5AbandonAll(void)
 {
   static PetscBool busy = PETSC_FALSE;

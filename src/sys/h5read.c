@@ -1,5 +1,5 @@
 /* Reads datasets and attributes of HDF5 files, with errors that state what was expected. */
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <stdio.h>
@@ -125,24 +125,7 @@ static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5GetRank - gets the number of dimensions of a dataset
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-- path - dataset
-
-  Output Parameter:
-. ndim - 0 for a scalar
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing
-
-.seealso: SlipH5ReadRealSized()
-@*/
+/* Gets the number of dimensions of a dataset. Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing. */
 PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim)
 {
   hid_t set = H5I_INVALID_HID, space;
@@ -156,25 +139,8 @@ PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5GetSize - gets the size of one dimension of a dataset, if the shape decides what is read
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - dataset
-- dim  - dimension, from 0
-
-  Output Parameter:
-. size - -1 if the dataset has fewer dimensions, or more entries than PetscInt can hold
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing
-
-.seealso: SlipH5GetRank(), SlipH5ReadRealSized()
-@*/
+/* Gets the size of one dimension of a dataset, if the shape decides what is read. size: -1 if the dataset has fewer
+   dimensions, or more entries than PetscInt can hold. Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing. */
 PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscInt *size)
 {
   hsize_t extent[H5S_MAX_RANK] = {0};
@@ -244,26 +210,9 @@ PetscErrorCode SlipH5ReadRealSized(SlipH5 *h, const char path[], PetscInt ndim, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5ReadReal - reads a dataset of numbers of any shape
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - dataset
-- ndim - number of dimensions it must have, 0 (scalar) to 4
-
-  Output Parameters:
-+ dims - its shape [ndim]
-- data - its values, row-major, in the units of the dataset; free with PetscFree()
-
-  Level: developer
-
-  Errors: those of SlipH5ReadRealSized()
-
-.seealso: SlipH5ReadRealSized(), SlipH5ReadStrings()
-@*/
+/* Reads a dataset of numbers of any shape. ndim: number of dimensions it must have, 0 (scalar) to 4; dims: its shape
+   [ndim]; data: its values, row-major, in the units of the dataset; free with PetscFree(). Errors: those of
+   SlipH5ReadRealSized(). */
 PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[], PetscReal **data)
 {
   PetscFunctionBegin;
@@ -337,26 +286,9 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5ReadStrings - reads a one-dimensional dataset of strings, of fixed or variable length
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-- path - dataset
-
-  Output Parameters:
-+ n       - number of strings
-- strings - the strings; free with SlipH5FreeStrings()
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED if it is missing, has no strings or more than one dimension; PETSC_ERR_FILE_READ if
-  the text is not in the file, for example because it is damaged.
-
-.seealso: SlipH5ReadReal(), SlipH5FreeStrings()
-@*/
+/* Reads a one-dimensional dataset of strings, of fixed or variable length. strings: the strings; free with
+   SlipH5FreeStrings(). Errors: PETSC_ERR_FILE_UNEXPECTED if it is missing, has no strings or more than one dimension;
+   PETSC_ERR_FILE_READ if the text is not in the file, for example because it is damaged. */
 PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char ***strings)
 {
   hid_t set, space, id;
@@ -400,21 +332,7 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5FreeStrings - frees the output of SlipH5ReadStrings()
-
-  Not collective.
-
-  Input Parameter:
-. n - number of strings
-
-  Input/Output Parameter:
-. strings - the strings, set to NULL
-
-  Level: developer
-
-.seealso: SlipH5ReadStrings()
-@*/
+/* Frees the output of SlipH5ReadStrings(). strings: the strings, set to NULL. */
 PetscErrorCode SlipH5FreeStrings(PetscInt n, char ***strings)
 {
   PetscFunctionBegin;
@@ -464,24 +382,8 @@ PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5ReadAttrInt - reads a scalar (or one-entry) attribute as an integer
-
-  Not collective.
-
-  Input Parameters:
-+ h, path - file, and group or dataset
-- attr    - name of the attribute
-
-  Output Parameter:
-. value - the number
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing or not one integer in the range of PetscInt.
-
-.seealso: SlipH5ReadAttrReal()
-@*/
+/* Reads a scalar (or one-entry) attribute as an integer. h, path: file, and group or dataset. Errors:
+   PETSC_ERR_FILE_UNEXPECTED when it is missing or not one integer in the range of PetscInt. */
 PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt *value)
 {
   PetscReal real;
@@ -495,27 +397,9 @@ PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5ReadAttrString - reads a string attribute, of fixed or variable length
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - group or dataset
-. attr - name of the attribute
-- len  - size of value; a longer string is an error
-
-  Output Parameter:
-. value - the text
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED if it is missing, not one string, or too long; PETSC_ERR_FILE_READ if the text is
-  not in the file, for example because it is damaged.
-
-.seealso: SlipH5ReadAttrReal()
-@*/
+/* Reads a string attribute, of fixed or variable length. len: size of value; a longer string is an error. Errors:
+   PETSC_ERR_FILE_UNEXPECTED if it is missing, not one string, or too long; PETSC_ERR_FILE_READ if the text is not in
+   the file, for example because it is damaged. */
 PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[], size_t len)
 {
   hid_t id, type, space, mem;

@@ -17,25 +17,9 @@ static PetscErrorCode Failed(SlipH5 *h, const char path[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5MakeDimension - creates a dimension that has a name and a length, and no coordinates
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file, not live
-. path - dataset of the name, whose parents are created; it takes no space, and reads as zeros
-- n    - length
-
-  Level: developer
-
-  Notes:
-  The dataset is netCDF-4's dimension without variable: ncdump and xarray show only the dimension.
-
-  Errors: PETSC_ERR_FILE_WRITE when it cannot be written
-
-.seealso: SlipH5NameDimensions()
-@*/
+/* Creates a dimension that has a name and a length, and no coordinates. path: dataset of the name, whose parents are
+   created; it takes no space, and reads as zeros. The dataset is netCDF-4's dimension without variable: ncdump and
+   xarray show only the dimension. Errors: PETSC_ERR_FILE_WRITE when it cannot be written. */
 PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n)
 {
   const hsize_t size = (hsize_t)n;
@@ -130,28 +114,12 @@ static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5NameDimensions - names the dimensions of the datasets of a group, as netCDF-4 does
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file, not live, in which no other group has these datasets
-. group - absolute path; "/" is the root
-- axes  - names of the dimensions
-
-  Level: developer
-
-  Notes:
-  The first dimension is the axis row, if there is one; the next ones are the axes of matching length, and all others
-  are the axis rest. An axis is a dataset of the group; rest is one of the root if there are no other axes, because all
-  data of a table have its rows. A missing axis is created, without coordinates; if rests differ in length, all but the
-  first have the length in their names. Dimensions that have a name already are not changed.
-
-  Errors: PETSC_ERR_FILE_WRITE when the disk is full
-
-.seealso: SlipH5CountAxes(), SlipH5Link(), SlipH5Live()
-@*/
+/* Names the dimensions of the datasets of a group, as netCDF-4 does. h: file, not live, in which no other group has
+   these datasets; group: absolute path; "/" is the root; axes: names of the dimensions. The first dimension is the axis
+   row, if there is one; the next ones are the axes of matching length, and all others are the axis rest. An axis is a
+   dataset of the group; rest is one of the root if there are no other axes, because all data of a table have its rows.
+   A missing axis is created, without coordinates; if rests differ in length, all but the first have the length in their
+   names. Dimensions that have a name already are not changed. Errors: PETSC_ERR_FILE_WRITE when the disk is full. */
 PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5Axes *axes)
 {
   const char *first[1 + SLIP_H5_MAX_DIM];
@@ -187,22 +155,8 @@ PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5A
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CountAxes - gets the number of datasets of a group that are only axes, not data
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-- group - absolute path
-
-  Output Parameter:
-. n - their number; 0 in a file without names of dimensions
-
-  Level: developer
-
-.seealso: SlipH5NameDimensions(), SlipH5CountMembers()
-@*/
+/* Gets the number of datasets of a group that are only axes, not data. n: their number; 0 in a file without names of
+   dimensions. */
 PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n)
 {
   char path[128];
@@ -220,22 +174,8 @@ PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5Link - gives a dataset a second name
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file, not live
-. path - the dataset, which need not exist yet
-- name - absolute path of the other name
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when it cannot be written
-
-.seealso: SlipH5NameDimensions()
-@*/
+/* Gives a dataset a second name. path: the dataset, which need not exist yet; name: absolute path of the other name.
+   Errors: PETSC_ERR_FILE_WRITE when it cannot be written. */
 PetscErrorCode SlipH5Link(SlipH5 *h, const char path[], const char name[])
 {
   PetscBool has;

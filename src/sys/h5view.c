@@ -1,27 +1,10 @@
 /* Datasets that show a part of another one (HDF5's virtual datasets), so that the file stores the numbers only once */
 #include <slipstep/private/slipsys.h>
 
-/*@C
-  SlipH5CreateView - creates a dataset that shows one entry of each row of a series of vectors
-
-  Not collective.
-
-  Input Parameters:
-+ h      - file, not live
-. path   - of the dataset, [rows, 3], whose group exists; it has as many rows as the series, also while that grows
-. series - path of an existing series [rows, entries, 3]
-. entry  - index of the entry
-- units  - attribute "units"
-
-  Level: developer
-
-  Notes:
-  Programs with HDF5 1.10 or later read it as any other dataset. It takes about 500 bytes.
-
-  Errors: PETSC_ERR_FILE_WRITE when there is no such series, the path exists or cannot be written
-
-.seealso: SlipH5CreateSeries(), SlipH5Link()
-@*/
+/* Creates a dataset that shows one entry of each row of a series of vectors. path: of the dataset, [rows, 3], whose
+   group exists; it has as many rows as the series, also while that grows; series: path of an existing series [rows,
+   entries, 3]. Programs with HDF5 1.10 or later read it as any other dataset. It takes about 500 bytes. Errors:
+   PETSC_ERR_FILE_WRITE when there is no such series, the path exists or cannot be written. */
 PetscErrorCode SlipH5CreateView(SlipH5 *h, const char path[], const char series[], PetscInt entry, const char units[])
 {
   const hsize_t grows = H5S_UNLIMITED, none[3] = {0, 0, 0}, from[3] = {0, (hsize_t)entry, 0}, rows[3] = {grows, 1, 1},

@@ -94,19 +94,7 @@ PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteFloat - writes an array in single precision; see SlipH5WriteReal()
-
-  Not collective.
-
-  Input Parameters:
-+ h, path, ndim, dims, units - see SlipH5WriteReal()
-- data                       - values, row-major
-
-  Level: developer
-
-.seealso: SlipH5WriteReal(), SlipH5ReadReal()
-@*/
+/* Writes an array in single precision; see SlipH5WriteReal(). */
 PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const float data[],
                                 const char units[])
 {
@@ -115,19 +103,8 @@ PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteInt - writes an array of integers, stored in 64 bits; see SlipH5WriteReal()
-
-  Not collective.
-
-  Input Parameters:
-+ h, path, ndim, dims, units - see SlipH5WriteReal()
-- data                       - integers, row-major, whatever width PetscInt has
-
-  Level: developer
-
-.seealso: SlipH5WriteReal()
-@*/
+/* Writes an array of integers, stored in 64 bits; see SlipH5WriteReal(). data: integers, row-major, whatever width
+   PetscInt has. */
 PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], const PetscInt data[],
                               const char units[])
 {
@@ -136,21 +113,7 @@ PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5WriteStrings - writes a list of strings (variable length, UTF-8)
-
-  Not collective.
-
-  Input Parameters:
-+ h       - file
-. path    - dataset, whose parents are created
-. n       - number of strings
-- strings - the strings
-
-  Level: developer
-
-.seealso: SlipH5ReadStrings()
-@*/
+/* Writes a list of strings (variable length, UTF-8). path: dataset, whose parents are created. */
 PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, const char *const strings[])
 {
   const hid_t type = H5Tcopy(H5T_C_S1);
@@ -183,21 +146,9 @@ static void SlipH5Chunk(PetscInt ndim, const SlipH5Storage *storage, hsize_t siz
   chunk[1] = PetscMax(1, SLIP_H5_CACHE / least);
 }
 
-/*@C
-  SlipH5CreateStoredSeries - creates a series, as SlipH5CreateSeries(), with a choice of how numbers are stored
-
-  Not collective.
-
-  Input Parameters:
-+ h, path, ndim, dims, units - see SlipH5CreateSeries()
-- storage                    - their type, and whether they are compressed
-
-  Level: developer
-
-  Errors: those of SlipH5CreateSeries(), and PETSC_ERR_SUP when this HDF5 cannot compress
-
-.seealso: SlipH5CreateSeries(), SlipH5GetStorage()
-@*/
+/* Creates a series, as SlipH5CreateSeries(), with a choice of how numbers are stored. h, path, ndim, dims, units: see
+   SlipH5CreateSeries(); storage: their type, and whether they are compressed. Errors: those of SlipH5CreateSeries(),
+   and PETSC_ERR_SUP when this HDF5 cannot compress. */
 PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                         const SlipH5Storage *storage, const char units[])
 {
@@ -231,26 +182,10 @@ PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5CreateSeries - creates a dataset whose first dimension grows by SlipH5Append()
-
-  Not collective.
-
-  Input Parameters:
-+ h       - file
-. path    - dataset, whose parents are created
-. ndim    - number of fixed dimensions, 0 (a row is one number) to 3
-. dims    - the fixed dimensions [ndim]
-. integer - store 64-bit integers instead of doubles
-- units   - attribute "units", or NULL
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for another number of dimensions or a dimension of length 0, PETSC_ERR_FILE_WRITE if
-  the path exists or cannot be written
-
-.seealso: SlipH5Append(), SlipH5CreateStoredSeries()
-@*/
+/* Creates a dataset whose first dimension grows by SlipH5Append(). path: dataset, whose parents are created; ndim:
+   number of fixed dimensions, 0 (a row is one number) to 3; dims: the fixed dimensions [ndim]; integer: store 64-bit
+   integers instead of doubles; units: attribute "units", or NULL. Errors: PETSC_ERR_ARG_OUTOFRANGE for another number
+   of dimensions or a dimension of length 0, PETSC_ERR_FILE_WRITE if the path exists or cannot be written. */
 PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], PetscBool integer,
                                   const char units[])
 {
@@ -261,24 +196,8 @@ PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5GetStorage - gets how the numbers of a dataset are stored
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-- path - the dataset
-
-  Output Parameter:
-. storage - see SlipH5CreateStoredSeries()
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_UNEXPECTED when there is no such dataset
-
-.seealso: SlipH5CreateStoredSeries()
-@*/
+/* Gets how the numbers of a dataset are stored. storage: see SlipH5CreateStoredSeries(). Errors:
+   PETSC_ERR_FILE_UNEXPECTED when there is no such dataset. */
 PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage)
 {
   const hid_t set = H5Dopen2(h->id, path, H5P_DEFAULT);
@@ -355,25 +274,10 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
   return err;
 }
 
-/*@C
-  SlipH5AppendAll - appends rows to several series: to all of them or, if the disk is full, to none
-
-  Not collective.
-
-  Input Parameters:
-+ h      - file
-. n      - number of series
-. series - made by SlipH5CreateSeries(), each with its rows: rows times the product of its fixed dimensions, row-major,
-           in its units
-- rows   - number of rows
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE if a series does not exist or the rows cannot be written: the file is then closed, with
-  the rows before them
-
-.seealso: SlipH5Append(), SlipH5CreateSeries()
-@*/
+/* Appends rows to several series: to all of them or, if the disk is full, to none. series: made by
+   SlipH5CreateSeries(), each with its rows: rows times the product of its fixed dimensions, row-major, in its units.
+   Errors: PETSC_ERR_FILE_WRITE if a series does not exist or the rows cannot be written: the file is then closed, with
+   the rows before them. */
 PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows)
 {
   struct {
@@ -421,23 +325,8 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5Append - appends rows to one series, see SlipH5AppendAll()
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - dataset made by SlipH5CreateSeries()
-. rows - number of rows
-- data - rows times the product of the fixed dimensions, row-major, in the units of the series
-
-  Level: developer
-
-  Errors: those of SlipH5AppendAll()
-
-.seealso: SlipH5AppendAll(), SlipH5CreateSeries()
-@*/
+/* Appends rows to one series, see SlipH5AppendAll(). path: dataset made by SlipH5CreateSeries(); data: rows times the
+   product of the fixed dimensions, row-major, in the units of the series. Errors: those of SlipH5AppendAll(). */
 PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[])
 {
   const SlipH5Rows series = {path, data, 1};
@@ -447,22 +336,8 @@ PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5AppendZeros - appends rows of zeros to a new series without writing them; the file must not be live
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - dataset made by SlipH5CreateSeries(), without rows
-- rows - number of rows
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when there is no such series
-
-.seealso: SlipH5SetRows(), SlipH5CreateSeries()
-@*/
+/* Appends rows of zeros to a new series without writing them; the file must not be live. path: dataset made by
+   SlipH5CreateSeries(), without rows. Errors: PETSC_ERR_FILE_WRITE when there is no such series. */
 PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows)
 {
   hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM];
@@ -479,22 +354,9 @@ PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipH5SetRows - truncates a series; the file must not be live
-
-  Not collective.
-
-  Input Parameters:
-+ h    - file
-. path - dataset made by SlipH5CreateSeries()
-- rows - number of remaining rows, at most the present number
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE when there is no such series, PETSC_ERR_FILE_UNEXPECTED when it has fewer rows
-
-.seealso: SlipH5CreateSeries(), SlipH5CreateCopy()
-@*/
+/* Truncates a series; the file must not be live. path: dataset made by SlipH5CreateSeries(); rows: number of remaining
+   rows, at most the present number. Errors: PETSC_ERR_FILE_WRITE when there is no such series,
+   PETSC_ERR_FILE_UNEXPECTED when it has fewer rows. */
 PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows)
 {
   hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], found;

@@ -1,5 +1,5 @@
 /* Events and stages of -log_view; products of any Mat are logged as events of their own, and counted. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
 #include <petscts.h>

@@ -1,6 +1,6 @@
 /* Checks that integers of options fit into PetscInt. PETSc truncates them without a message: with 32-bit integers it
    reads -ts_max_steps 4294967300 as 4. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -8,22 +8,9 @@
 #include <string.h>
 #include <strings.h>
 
-/*@C
-  SlipCheckInteger - raises an error for integers in a text that overflow PetscInt
-
-  Not collective.
-
-  Input Parameters:
-+ comm - the processes that fail together
-. name - of the option, without the dash
-- text - its value: a number, or several separated by commas, colons or dashes; other texts are ignored
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE, with the option, the number and the largest one
-
-.seealso: SlipCheckIntegers(), SlipCheckNumberOption()
-@*/
+/* Raises an error for integers in a text that overflow PetscInt. comm: the processes that fail together; name: of the
+   option, without the dash; text: its value: a number, or several separated by commas, colons or dashes; other texts
+   are ignored. Errors: PETSC_ERR_ARG_OUTOFRANGE, with the option, the number and the largest one. */
 PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char text[])
 {
   PetscFunctionBegin;
@@ -46,24 +33,9 @@ PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char tex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCheckIntegerOption - raises an error if the value of an option that is read as an integer, or as a list of them,
-  overflows PetscInt
-
-  Not collective; before PetscOptionsInt(), which would truncate it.
-
-  Input Parameters:
-+ comm    - the processes that fail together
-. options - the database, NULL for the global one
-. prefix  - of the option, NULL for none
-- option  - its name, with the dash
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE
-
-.seealso: SlipCheckInteger()
-@*/
+/* Raises an error if the value of an option that is read as an integer, or as a list of them, overflows PetscInt. comm:
+   the processes that fail together; options: the database, NULL for the global one; prefix: of the option, NULL for
+   none; option: its name, with the dash. Errors: PETSC_ERR_ARG_OUTOFRANGE. */
 PetscErrorCode SlipCheckIntegerOption(MPI_Comm comm, PetscOptions options, const char prefix[], const char option[])
 {
   char name[128], text[1024];

@@ -1,7 +1,7 @@
 /* Finds options and words that no code will read, and suggests the nearest known name. Only programs that call these
    functions end with such errors, because the library in another program has no list of that program's words and
    options. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <ctype.h>

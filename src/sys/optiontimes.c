@@ -1,6 +1,6 @@
 /* Times with units: values of options, such as 100y, are converted to seconds in the database before any code reads
    them; messages show times in the unit that fits. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <ctype.h>

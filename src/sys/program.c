@@ -1,8 +1,8 @@
 /* The start of a program: PetscInitialize() with errors of one line, -version, and -help with only our options */
 #define _POSIX_C_SOURCE 200809L /* setenv() */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
-#include <slipblas.h>
+#include <slipstep/rooms/slipblas.h>
 #include <slipstep/private/slipsys.h>
 #include <hdf5.h>
 #include <signal.h>

@@ -1,6 +1,6 @@
 /* Signals that ask a program to stop are recorded, so that the current step can end; a second one ends it at once. */
 #define _POSIX_C_SOURCE 200809L
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <signal.h>
 #include <time.h>
@@ -85,18 +85,7 @@ PetscErrorCode SlipSignalsPop(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipSignalsCaught - gets the signal that asked this process to stop
-
-  Not collective
-
-  Output Parameter:
-. number - of the signal, 0 for none
-
-  Level: intermediate
-
-.seealso: SlipSignalsPush()
-@*/
+/* Gets the signal that asked this process to stop. number: of the signal, 0 for none. */
 PetscErrorCode SlipSignalsCaught(int *number)
 {
   PetscFunctionBegin;

@@ -1,5 +1,5 @@
 /* Checks options of PETSc's solvers before PETSc reads them, because its error messages do not name the option. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <petsc/private/petscimpl.h>
 #include <slipstep/private/slipsys.h>
@@ -245,21 +245,8 @@ static PetscBool IsWhole(const SlipNumber *n, const char name[])
   return n->flags & SLIP_WHOLE ? SlipEndsWith(name, n->option + 1) : PETSC_FALSE;
 }
 
-/*@C
-  SlipCheckIntegers - raises an error for integers in PETSc's options that overflow PetscInt, whatever their prefix
-
-  Not collective; SlipProgramInitialize() and SlipCheckSolverOptions() call it.
-
-  Input Parameters:
-+ comm    - the processes that fail together
-- options - the database, NULL for the global one
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE
-
-.seealso: SlipCheckInteger(), SlipCheckSolverOptions()
-@*/
+/* Raises an error for integers in PETSc's options that overflow PetscInt, whatever their prefix. comm: the processes
+   that fail together; options: the database, NULL for the global one. Errors: PETSC_ERR_ARG_OUTOFRANGE. */
 PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options)
 {
   PetscInt n;
@@ -283,28 +270,10 @@ PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCheckNumberOption - raises an error that names the option for a value that is no number, unlike PETSc's message
-
-  Not collective.
-
-  Input Parameters:
-+ comm    - the processes that fail together
-. options - the database, NULL for the global one
-. prefix  - of the option, NULL for none
-. option  - its name, with the dash
-- whole   - it is read as an integer
-
-  Output Parameters:
-+ set   - whether it was given
-- value - its number, 0 when it was not given; in the unit of the option
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_WRONG for a text that is no number, or no whole one.
-
-.seealso: SlipCheckSolverOptions()
-@*/
+/* Raises an error that names the option for a value that is no number, unlike PETSc's message. comm: the processes that
+   fail together; options: the database, NULL for the global one; prefix: of the option, NULL for none; option: its
+   name, with the dash; whole: it is read as an integer; value: its number, 0 when it was not given; in the unit of the
+   option. Errors: PETSC_ERR_ARG_WRONG for a text that is no number, or no whole one. */
 PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const char prefix[], const char option[],
                                      PetscBool whole, PetscBool *set, PetscReal *value)
 {
@@ -345,24 +314,10 @@ PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCheckBoolOption - raises an error that names the option for a value that is neither yes nor no, unlike PETSc's
-  message
-
-  Not collective.
-
-  Input Parameters:
-+ comm    - the processes that fail together
-. options - the database, NULL for the global one
-. prefix  - of the option, NULL for none
-- option  - its name, with the dash
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_WRONG for another text than yes, true, on, 1, no, false, off, 0 or none.
-
-.seealso: SlipCheckNumberOption()
-@*/
+/* Raises an error that names the option for a value that is neither yes nor no, unlike PETSc's message. comm: the
+   processes that fail together; options: the database, NULL for the global one; prefix: of the option, NULL for none;
+   option: its name, with the dash. Errors: PETSC_ERR_ARG_WRONG for another text than yes, true, on, 1, no, false, off,
+   0 or none. */
 PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const char prefix[], const char option[])
 {
   PetscErrorCode ierr;
@@ -400,22 +355,9 @@ static PetscErrorCode SlipCheckAdaptType(const SlipUnread *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCheckLinearOptions - raises errors that name the option for invalid numbers of a KSP
-
-  Collective; before KSPSetFromOptions().
-
-  Input Parameters:
-+ comm    - the processes
-. options - the database, NULL for the global one
-- prefix  - of the KSP, NULL for none
-
-  Level: developer
-
-  Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, with the option and what was expected.
-
-.seealso: SlipCheckSolverOptions()
-@*/
+/* Raises errors that name the option for invalid numbers of a KSP. options: the database, NULL for the global one;
+   prefix: of the KSP, NULL for none. Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, with the option and what
+   was expected. */
 PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[])
 {
   SlipUnread u = {.comm = comm, .prefix = prefix};

@@ -4,8 +4,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipsys.h>
+#include <slipstep/rooms/slipcore.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>

@@ -3,7 +3,7 @@
 #include <petsc/private/petscimpl.h> /* type_name */
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <string.h>
 
 #define SLIP_STATE_PIECE 1048576 /* entries of a vector in the memory of rank 0 at a time */

@@ -1,7 +1,7 @@
 /* Checks that no file is used twice among all files that a run reads and writes. */
 #define _XOPEN_SOURCE 700 /* realpath() */
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>

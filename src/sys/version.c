@@ -1,5 +1,5 @@
 /* The version of the library at run time, for programs that were linked with another one */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 
 /*@C

@@ -3,7 +3,7 @@
    Counts are those of this process; operators are collective, so that all processes count the same products.
    tests/benchmarks/cost.py measures the prices. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
 #include <time.h>

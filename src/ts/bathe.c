@@ -2,7 +2,7 @@
    bathestage.c. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 /* PETSc's defaults of -ts_max_snes_failures, by which the first failed stage ends a run, and of -ts_max_reject */
 #define PETSC_FAILURES 1

@@ -3,21 +3,8 @@
    PetscUseMethod(). */
 #include <slipstep/private/slipts.h>
 
-/*@
-  TSBatheIs - returns whether a TS is of type TSBATHE or TSMOREAU, which have the same functions
-
-  Not collective
-
-  Input Parameter:
-. ts - the TS, of any type
-
-  Output Parameter:
-. is - `PETSC_TRUE`: it is of one of these types
-
-  Level: intermediate
-
-.seealso: TSBATHE, TSMOREAU
-@*/
+/* Returns whether a TS is of type TSBATHE or TSMOREAU, which have the same functions. is: `PETSC_TRUE`: it is of one of
+   these types. */
 PetscErrorCode TSBatheIs(TS ts, PetscBool *is)
 {
   PetscFunctionBegin;
@@ -313,25 +300,9 @@ PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheSetDoublingOrder - sets the order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), which
-  TSEvaluateWLTE() returns as proportional to h^(p + 1)
-
-  Logically collective
-
-  Input Parameters:
-+ ts - of type TSBATHE, ignored otherwise
-- p  - at least 1; 1 as published, 2 is the method's order
-
-  Options Database Key:
-. -ts_bathe_order <1> - the same
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for p < 1
-
-.seealso: TSBatheGetDoublingOrder(), TSBatheSetError(), TSBatheGetOrder()
-@*/
+/* Sets the order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), which TSEvaluateWLTE() returns as
+   proportional to h^(p + 1). ts: of type TSBATHE, ignored otherwise; p: at least 1; 1 as published, 2 is the method's
+   order. Option -ts_bathe_order <1>: the same. Errors: PETSC_ERR_ARG_OUTOFRANGE for p < 1. */
 PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p)
 {
   TS_Bathe *ba = NULL;
@@ -345,21 +316,7 @@ PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheGetDoublingOrder - gets the order that step doubling assumes
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE
-
-  Output Parameter:
-. p - the order
-
-  Level: intermediate
-
-.seealso: TSBatheSetDoublingOrder()
-@*/
+/* Gets the order that step doubling assumes. */
 PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p)
 {
   TS_Bathe *ba = NULL;

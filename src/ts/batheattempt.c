@@ -136,21 +136,7 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheGetExplicitAttempts - gets the number of attempts since TSSolve() began that were explicit steps
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE or TSMOREAU
-
-  Output Parameter:
-. attempts - their number
-
-  Level: intermediate
-
-.seealso: TSBatheGetTotals(), TSBatheSetMethod()
-@*/
+/* Gets the number of attempts since TSSolve() began that were explicit steps. ts: of type TSBATHE or TSMOREAU. */
 PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts)
 {
   TS_Bathe *ba = NULL;
@@ -207,31 +193,14 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheGetQuadrature - gets states and weights of the last step, with which the method's own quadrature integrates
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE, after an accepted step and before the next one
-
-  Output Parameters:
-+ share  - position of each of the three states in the step, from 0 to 1
-. weight - weights of the states: the integral of f(w) is the step times the sum of weight_i f(state_i)
-- state  - states at the start, at an inner point and at the end, borrowed
-
-  Level: advanced
-
-  Notes:
-  The inner state is that of the first stage. The weights are those with which the method adds up the derivatives of
-  stages: the integral of dw/dt is the change in the step to the accuracy of the solver. Where the solution was computed
-  in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last part but one, and the
-  weights are those of the quadratic through the three states.
-
-  Errors: PETSC_ERR_ORDER before a step was accepted
-
-.seealso: TSBatheGetEstimates(), TSBatheGetGamma(), TSInterpolate()
-@*/
+/* Gets states and weights of the last step, with which the method's own quadrature integrates. ts: of type TSBATHE,
+   after an accepted step and before the next one; share: position of each of the three states in the step, from 0 to 1;
+   weight: weights of the states: the integral of f(w) is the step times the sum of weight_i f(state_i); state: states
+   at the start, at an inner point and at the end, borrowed. The inner state is that of the first stage. The weights are
+   those with which the method adds up the derivatives of stages: the integral of dw/dt is the change in the step to the
+   accuracy of the solver. Where the solution was computed in halves (-ts_bathe_error doubling) or other parts, the
+   inner state is the end of the last part but one, and the weights are those of the quadratic through the three states.
+   Errors: PETSC_ERR_ORDER before a step was accepted. */
 PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3])
 {
   TS_Bathe *ba = NULL;
@@ -258,30 +227,14 @@ PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  TSBatheSetParts - sets the number of parts in which the solution of every step is computed, with the whole's error
-
-  Logically collective
-
-  Input Parameters:
-+ ts    - of type TSBATHE
-. parts - number of parts, even; 1: the step is not divided
-. told  - function that is called with the time [s] and the state at the end of each part, also of attempts that are
-          rejected later; may be `NULL`
-- ctx   - passed to told
-
-  Level: advanced
-
-  Note:
-  A run with the same controller then chooses equal steps at equal states, but computes the solution in parts of them:
-  the difference of two such runs is a Richardson estimate of the error of the coarser one. Equal times of steps would
-  not do that, because an event that comes a little later would meet the long steps meant for the rest after it. With
-  doubling, whose solution has two halves already, there are twice as many parts. Each part costs one more Bathe solve.
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for a number that is neither 1 nor even
-
-.seealso: TSBatheGetOrder(), TSBatheSetError()
-@*/
+/* Sets the number of parts in which the solution of every step is computed, with the whole's error. parts: number of
+   parts, even; 1: the step is not divided; told: function that is called with the time [s] and the state at the end of
+   each part, also of attempts that are rejected later; may be NULL. A run with the same controller then chooses equal
+   steps at equal states, but computes the solution in parts of them: the difference of two such runs is a Richardson
+   estimate of the error of the coarser one. Equal times of steps would not do that, because an event that comes a
+   little later would meet the long steps meant for the rest after it. With doubling, whose solution has two halves
+   already, there are twice as many parts. Each part costs one more Bathe solve. Errors: PETSC_ERR_ARG_OUTOFRANGE for a
+   number that is neither 1 nor even. */
 PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx)
 {
   TS_Bathe *ba = NULL;

@@ -167,19 +167,8 @@ PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheSetDefaultMethod - sets the method of attempts where neither `TSBatheSetMethod()` nor its option has set it
-
-  Logically collective; for problems (SlipProblemOps) in which auto is known to be faster
-
-  Input Parameters:
-+ ts     - of type TSBATHE, ignored otherwise
-- method - implicit, explicit or auto
-
-  Level: developer
-
-.seealso: TSBatheSetMethod(), TSAdaptRLSetDefaultAccuracy()
-@*/
+/* Sets the method of attempts where neither `TSBatheSetMethod()` nor its option has set it. ts: of type TSBATHE,
+   ignored otherwise; method: implicit, explicit or auto. */
 PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method)
 {
   TS_Bathe *ba = NULL;

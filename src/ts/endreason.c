@@ -1,5 +1,5 @@
 /* Prints when and why a run ended. */
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 #include <petsc/private/petscimpl.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>

@@ -1,7 +1,7 @@
 /* Guards of all integrators: against a step below the rounding of time, a state that is not finite, and constant steps
    that cannot be taken as the user set them. */
 #include <slipstep/private/slipts.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 /* Constant steps grow back by this factor per step, because a length that was too long may still be too long. */
 #define GROW_BACK 4

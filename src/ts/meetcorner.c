@@ -2,7 +2,7 @@
    as TSPreStep, before each step of PETSc's types. It also applies the controller's longest step to the first step,
    which no controller has chosen. */
 #include <slipstep/private/slipts.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 /* Finds the first corner after t. */
 static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *corner)

@@ -4,7 +4,7 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 static PetscBool cited = PETSC_FALSE;
 static const char citation[] = "@incollection{Moreau1988,\n"
@@ -316,22 +316,9 @@ PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  TSBatheGetSolveCost - gets the ratio of the cost of an implicit solve to that of an explicit step
-
-  Not collective
-
-  Input Parameter:
-. ts - of type TSBATHE or TSMOREAU
-
-  Output Parameter:
-. cost - products with stiffness and viscosity and applications of the preconditioner in a solve with the step of
-         TSBatheGetLongestStep(), over the products of an explicit step, dimensionless
-
-  Level: advanced
-
-.seealso: TSBatheGetLongestStep(), SlipObservationView()
-@*/
+/* Gets the ratio of the cost of an implicit solve to that of an explicit step. ts: of type TSBATHE or TSMOREAU; cost:
+   products with stiffness and viscosity and applications of the preconditioner in a solve with the step of
+   TSBatheGetLongestStep(), over the products of an explicit step, dimensionless. */
 PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
 {
   TS_Bathe *ba = NULL;

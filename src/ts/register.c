@@ -15,15 +15,7 @@ static PetscErrorCode Register_TS(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipTSInitializePackage - registers TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSLAPUSTA and the solvers of stages
-
-  Not collective; after PetscInitialize(). Further calls do nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), TSBATHE, SlipSmallConfigureTS()
-@*/
+/* Registers TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSLAPUSTA and the solvers of stages. */
 PetscErrorCode SlipTSInitializePackage(void)
 {
   return SlipRegisterOnce(Register_TS);

@@ -11,7 +11,7 @@ static const char help[] = "What a policy and classical controllers need for an 
 #include "environment/family.h"
 #include "dials/tolerances.h"
 #include <slipcompat.h>
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 static const PetscReal Dials[] = {1e-1, 3e-2, 1e-2, 3e-3};
 enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(Dials) };

@@ -8,7 +8,7 @@ static const char help[] = "Twenty ordinary differential equations of the litera
 /* Error: root mean square over time and components, each in units of its largest value. Work: evaluations of f, and of
    its Jacobian with the solve that follows; Jacobians by differences count as one. */
 #include "ode.h"
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <math.h>
 #include <stdlib.h>
 

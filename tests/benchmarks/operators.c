@@ -3,7 +3,7 @@ static const char help[] =
   "  mpirun -n 2 operators -bench_kind k_fft -bench_n 100\n"
   "Prints one \"name value\" a line, in SI units. tests/benchmarks/run.sh runs it for many sizes.\n\n";
 
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <petscksp.h>
 #include <petsctime.h>
 #include <math.h>

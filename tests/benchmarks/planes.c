@@ -7,7 +7,7 @@ static const char help[] =
   "  mpirun -n 2 planes -bench_n 16000 -bench_triangles -bench_vectors\n"
   "Prints one \"name value\" a line, in SI units.\n\n";
 
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include "cells.h"
 #include <petsctime.h>
 #include <time.h>

@@ -1,7 +1,7 @@
 /* A fault on all ranks against the same fault on each rank alone: state, observables and output file agree. */
 #include "ranks.h"
 #include "faultstart.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <math.h>
 #include <unistd.h>
 

@@ -6,7 +6,7 @@
 #include "faultstart.h"
 #include "maxwell.h"
 #include <slipstep/private/slipfault.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <math.h>
 #include <unistd.h>
 

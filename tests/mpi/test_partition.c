@@ -1,7 +1,7 @@
 /* Cells over ranks: compact shares of equal cost, and operators that do not depend on them. Exit code 0: good. */
 #include "ranks.h"
 #include "cells.h"
-#include <slipelastic.h>
+#include <slipstep/rooms/slipelastic.h>
 #include <slipstep/private/slipfault.h>
 
 enum { NX = 40, NZ = 24, N = 2 * NX * NZ };

@@ -2,7 +2,7 @@
    refused. */
 #include "../lotka.h"
 #include "../unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <petsc/private/tsimpl.h>
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* The norm of the error of TSADAMS' steps is PETSc's, whatever tolerances are given. */
 #include "../lotka.h"
 #include "../unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <petsc/private/tsimpl.h>
 
 static PetscReal norm_error; /* the largest difference to PETSc's */

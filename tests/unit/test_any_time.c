@@ -5,7 +5,7 @@
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include "tempdir.h"
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* Threads of BLAS in our programs: one, unless the user says how many. */
 #define _GNU_SOURCE /* RTLD_DEFAULT, setenv() */
 #include "../unit.h"
-#include <slipblas.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipblas.h>
+#include <slipstep/rooms/slipsys.h>
 #include <dlfcn.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Numbers of the composite step (src/core/batheweights.c) against what defines them: the orders of the formulas. */
 #include "unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 /* Each formula integrates polynomials exactly up to its degree, here x^k over [0, 1] with nodes 0, gamma, 1. The error

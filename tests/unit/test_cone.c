@@ -1,7 +1,7 @@
 /* The pure functions of the cone: projection, regions, natural map, generalised Jacobian. */
 #include "unit.h"
 #include <petscsys.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 static void test_projections(void **state)
 {

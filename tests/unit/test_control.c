@@ -1,7 +1,7 @@
 /* The pure rules of controllers and the formulas of observations, against PETSc's own rule and numbers by hand. */
 #include "unit.h"
 #include <petscts.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 /* PETSc matches the final time in TSAdaptChoose(), with its default factors. */

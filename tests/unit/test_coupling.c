@@ -5,7 +5,7 @@
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 #include <math.h>
 
 #define MU 0.6

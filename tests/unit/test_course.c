@@ -1,6 +1,6 @@
 /* Courses of slip, their distance and the measures of a run. */
 #include "unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 #define near(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))

@@ -4,7 +4,7 @@
 #include "policies.h"
 #include "faultstart.h"
 #include "runs/runs.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <petscblaslapack.h>
 #include <petscts.h>
 #include <math.h>

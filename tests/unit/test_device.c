@@ -2,9 +2,9 @@
    without OpenCL, the test says so and ends. */
 #define _POSIX_C_SOURCE 200809L /* sigaction(), pthread_sigmask() */
 #include "unit.h"
-#include <slipcells.h>
-#include <slipmat.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipcells.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipts.h>
 #include <slipstep/private/slipdevice.h>
 #include <math.h>
 #include <signal.h>

@@ -1,7 +1,7 @@
 /* Loads of a fault of rate and state that change in time, and cells that creep, on a device of OpenCL: slip rates,
    sums, runs, restarts, and what goes between processor and device. */
 #include "devicerun.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 
 /* Pressures of three times, which rise at the left and fall at the right */
 static PetscErrorCode WriteRecord(void)

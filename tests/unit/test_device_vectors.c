@@ -1,7 +1,7 @@
 /* Slip as a vector, planes that dip and meshes on a device of OpenCL, where slip changes normal stress: slip rates,
    sums, runs, restarts, and what goes between processor and device. */
 #include "devicerun.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 
 /* The cells of the grid as a list; those of the right half are a fault of their own, which dips and is turned */
 static PetscErrorCode WriteRectangles(void)

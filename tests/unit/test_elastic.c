@@ -4,7 +4,7 @@
 #include "faultstart.h"
 #include "unit.h"
 #include "cells.h"
-#include <slipelastic.h>
+#include <slipstep/rooms/slipelastic.h>
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipstate.h>

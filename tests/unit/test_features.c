@@ -4,7 +4,7 @@
 #define _POSIX_C_SOURCE 200809L /* dup2(), fdopen() */
 #include "unit.h"
 #include "tempdir.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfeatures.h>

@@ -3,7 +3,7 @@
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <math.h>
 #include "tempdir.h"
 

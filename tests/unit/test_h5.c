@@ -1,7 +1,7 @@
 /* HDF5 helpers: what is written is read back bit for bit; broken files are refused by name. */
 #define _GNU_SOURCE /* RTLD_NEXT */
 #include "unit.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <dlfcn.h>
 #include <signal.h>
 #include <string.h>

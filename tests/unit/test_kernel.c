@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <setjmp.h>
 #include <cmocka.h>
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 typedef long double Long;

@@ -1,7 +1,7 @@
 /* The longest stable step of explicit steps with lagged damping: against eigenvalues of the step's matrix, and by steps
    of a system of which some degrees of freedom stick; and that of Adams' formulas that are corrected more than once. */
 #include "../unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <petscblaslapack.h>
 #include <math.h>
 

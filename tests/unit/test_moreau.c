@@ -3,7 +3,7 @@
 #include "smallsteps.h"
 #include "faultstart.h"
 #include "policies.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 /* ---- blocks: m v' = load - K u - H v + r, |r| <= q(s), K and H full ---- */

@@ -2,7 +2,7 @@
    estimate, what a changed state and a failed kick make of them, checkpoints, and the choice of methods. */
 #include "../scriptadapt.h"
 #include "../smallsteps.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipts.h>
 #include <math.h>

@@ -4,7 +4,7 @@
 #include <math.h>
 #include "faultstart.h"
 #include "tempdir.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 
 #define STEP 0.05 /* [s] */
 

@@ -2,7 +2,7 @@
 #define _DEFAULT_SOURCE /* symlink(), mkfifo() */
 #include "unit.h"
 #include "tempdir.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>

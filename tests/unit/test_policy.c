@@ -1,6 +1,6 @@
 /* SlipPolicy: forward pass against formulas written out here, files back and forth, and every kind of broken file. */
 #include "unit.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <petsctime.h>
 #include <math.h>
 #include <unistd.h>

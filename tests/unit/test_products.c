@@ -2,9 +2,9 @@
    accuracy. */
 #include "faultstart.h"
 #include "unit.h"
-#include <slipelastic.h>
-#include <slipmat.h>
-#include <slipsnes.h>
+#include <slipstep/rooms/slipelastic.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipsnes.h>
 #include <slipstep/private/slipfault.h>
 
 /* Products with K so far. Those with a stage operator are others where it has one transform for K and H, and contain

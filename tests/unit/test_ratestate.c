@@ -1,7 +1,7 @@
 /* Rate-and-state friction and the balance of slip rates, against long double arithmetic and against themselves
    backwards. */
 #include "../unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
 #define ETA 4.62444e6 /* [Pa s/m] */

@@ -1,6 +1,6 @@
 /* TSRKC on right-hand sides whose steps are known exactly. */
 #include "unit.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 typedef enum { LINE, PARABOLA, DECAY, FOLLOW } Kind;
 

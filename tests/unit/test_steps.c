@@ -6,7 +6,7 @@
 #include "dials/tolerances.h"
 #include "runs/runs.h"
 #include <slipstep/private/slipfault.h>
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <stdlib.h>
 #include <string.h>
 #include "tempdir.h"

@@ -1,9 +1,9 @@
 /* Waves: kernels against printed digits, their poles, and the medium against exact histories, rest, slow slip, the
    speed of waves, and cracks of Kostrov's. */
 #include <math.h>
-#include <slipelastic.h>
-#include <slipmat.h>
-#include <slipwaves.h>
+#include <slipstep/rooms/slipelastic.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipwaves.h>
 #include "unit.h"
 
 #define G 32.03812e9

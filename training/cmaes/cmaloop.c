@@ -1,7 +1,7 @@
 /* See cmaloop.h. Every process holds the same strategy; a population is spread over them, one member's runs staying on
    one process, so that results do not depend on their number. */
 #include "cmaloop.h"
-#include <slipblas.h>
+#include <slipstep/rooms/slipblas.h>
 #include <slipcompat.h>
 #include <petsctime.h>
 #include <math.h>

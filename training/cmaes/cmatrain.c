@@ -1,6 +1,6 @@
 /* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes. */
 #include "cmatrain.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 
 #define CALIBRATIONS 72 /* validations of a calibration that moves the dial as far as it may, and of the report */

@@ -1,8 +1,8 @@
 /* What the files of all trainings share: errors that name an option, numbers in a policy, checks of a checkpoint that
    is resumed, learning curves. */
 #pragma once
-#include <slipstep.h>
-#include <sliph5.h>
+#include <slipstep/rooms.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 
 /* For PetscPushErrorHandler(): no word on stderr, the first message goes to ctx, char[ERROR_TEXT] */

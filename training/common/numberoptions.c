@@ -1,6 +1,6 @@
 /* Options as rows of a table, see options.h. */
 #include "options.h"
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 PetscErrorCode OptionsNumbers(SlipOptionItems PetscOptionsObject, size_t n, const NumberOption row[])
 {

@@ -3,7 +3,7 @@
    so that the numbers are the same to the last bit. */
 #pragma once
 #include <petscsys.h>
-#include <slipblas.h>
+#include <slipstep/rooms/slipblas.h>
 
 enum { CblasRowMajor = 101 };
 typedef enum { CblasNoTrans = 111, CblasTrans = 112 } RowTranspose;

@@ -2,7 +2,7 @@
    the network that is trained. Faults, small models, users' problems, random equations and cycles have a row each. */
 #pragma once
 #include "problem.h"
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 enum {
   CMA_MAX_OBS = 24,

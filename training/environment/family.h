@@ -1,7 +1,7 @@
 /* -train_family: a user's own faults, drawn as a file of options with ranges says. */
 #pragma once
 #include "common/random.h"
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 enum { FAMILY_MAX_LINES = 64, FAMILY_MAX_CHOICES = 8, FAMILY_NAME = 64, FAMILY_WORD = 256, FAMILY_TRIES = 50 };

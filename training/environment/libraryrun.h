@@ -1,6 +1,6 @@
 /* Runs of the library itself under a policy that is being trained, or under a classical controller. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 /* The policy with its dial at accuracy, whatever it is worth; without one a controller of this type with the relative
    tolerance rtol */

@@ -4,7 +4,7 @@
    (slipcore.h); the loops over stages and Newton steps are here. Trainers run millions of episodes; a test holds it to
    the library step by step. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 /* What an explicit step goes on from: f = -K u, then the damping H v+ of the last step's inner rate v+ and that of the
    step before, that of the state, v+ and K v+, [n] each */

@@ -1,7 +1,7 @@
 /* A policy in a run on plain arrays: what it observes, and the step that TSADAPTRL would take. */
 #pragma once
-#include <slipstep.h>
-#include <slipcore.h>
+#include <slipstep/rooms.h>
+#include <slipstep/rooms/slipcore.h>
 
 enum { PLAIN_MAX_ROWS = 64 };
 

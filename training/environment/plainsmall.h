@@ -4,7 +4,7 @@
 #pragma once
 #include "plainpolicy.h"
 #include "smallerrors.h"
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 typedef struct PlainSmall PlainSmall;
 struct PlainSmall {

@@ -1,6 +1,6 @@
 /* What an attempted step is worth: rows of a table, chosen by -train_reward. */
 #pragma once
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 /* Everything a reward may use. Costs are those of -train_cost: Newton iterations or wall seconds. */
 typedef struct {

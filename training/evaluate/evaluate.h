@@ -3,7 +3,7 @@
 #pragma once
 #include "common/table.h"
 #include "problems/problems.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 
 #define EVALUATE_NAME PROBLEM_CASE_NAME
 #define EVALUATE_COLUMNS 8   /* of a problem's series, time included */

@@ -2,8 +2,8 @@
    general policy ode.h5 is trained on (train -train_algorithm cmaes -train_problem ode). */
 #pragma once
 #include "common/random.h"
-#include <slipstep.h>
-#include <slipcore.h>
+#include <slipstep/rooms.h>
+#include <slipstep/rooms/slipcore.h>
 
 enum { ODE_MAX_N = 6, ODE_MAX_PARAMETERS = 64, ODE_MAX_STAGES = 7 };
 

@@ -7,7 +7,7 @@
 #include "environment/family.h"
 #include "environment/plainrun.h"
 #include "common/table.h"
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 #define EPISODE_MAX_CELLS 144 /* of a drawn mesh, 12 x 12 */
 

@@ -2,7 +2,7 @@
    objects. */
 #include "episodes.h"
 #include "environment/plainsmall.h"
-#include <slipmodels.h>
+#include <slipstep/rooms/slipmodels.h>
 #include <slipcompat.h>
 
 #define MAX_ATTEMPTS 3000

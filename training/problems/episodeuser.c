@@ -1,6 +1,6 @@
 /* Episodes of a user's problem (sliptrain.h): its TS runs under the policy, and it says what the error was. */
 #include "episodes.h"
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <slipcompat.h>
 
 #define UNFINISHED_ERROR 1 /* of a run that was cut off or failed: all of it */

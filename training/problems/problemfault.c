@@ -3,7 +3,7 @@
 #include "problems.h"
 #include "common/table.h"
 #include "environment/environment.h"
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 #include <slipcompat.h>
 
 /* Ranges of random faults: one cell, uniform normal stress. The last row is the duration. Draws whose weakening rate

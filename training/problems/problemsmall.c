@@ -4,7 +4,7 @@
    that of the run. */
 #include "problems.h"
 #include "environment/smallerrors.h"
-#include <slipmodels.h>
+#include <slipstep/rooms/slipmodels.h>
 #include <slipcompat.h>
 
 #define LEAVE_WEIGHT                                                                                                   \

@@ -2,7 +2,7 @@
 #define _POSIX_C_SOURCE 200809L /* mkdtemp() */
 #include "runs.h"
 #include <slipcompat.h>
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>

@@ -5,7 +5,7 @@
 #include "common/table.h"
 #include "environment/cmaproblem.h"
 #include "environment/family.h"
-#include <slipstep.h>
+#include <slipstep/rooms.h>
 
 enum { RUN_EVENTS = 6 }; /* of a run that are kept */
 

@@ -1,5 +1,5 @@
 /* -train_* options of TQC and TD3. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include "trainer.h"
 #include "common/files.h"
 #include "common/options.h"

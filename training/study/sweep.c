@@ -1,7 +1,7 @@
 /* The sweep over alphas and seeds, see sweep.h. */
 #include "sweep.h"
 #include "common/queue.h"
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 #include <petsctime.h>
 #include <stdio.h>

@@ -1,9 +1,9 @@
 /* Internal interface of the step-size controllers: creation routines, the error estimate, and the observation table */
 #pragma once
 #include <petsc/private/tsimpl.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipstate.h>
 
 /* The controllers that register.c registers */

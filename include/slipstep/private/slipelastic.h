@@ -1,10 +1,10 @@
 /* Internal header of the medium: the object, and the type "static", whose operations all others use by default */
 #pragma once
 #include <petsc/private/petscimpl.h>
-#include <slipelastic.h>
-#include <slipmat.h>
+#include <slipstep/rooms/slipelastic.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
-#include <slipcells.h>
+#include <slipstep/rooms/slipcells.h>
 #include <slipstep/private/slipmatviscosity.h>
 #include <slipstep/private/slipstate.h>
 

@@ -1,6 +1,6 @@
 /* Internal: parts of the dislocation that operators of a grid compute separately */
 #pragma once
-#include <slipelasticity.h>
+#include <slipstep/rooms/slipelasticity.h>
 
 /* Edges touch if they differ by less than this fraction of the smaller cell's smaller side. */
 #define SLIP_TOUCH 1e-6

@@ -1,12 +1,12 @@
 /* Internal header of the fault: its parts, each with a header of its own. Output of a run is in sliprunfiles.h. */
 #pragma once
 #include <petsc/private/petscimpl.h>
-#include <slipfault.h>
-#include <slipcells.h>
-#include <slipcore.h>
-#include <slipsys.h>
-#include <slipoutput.h>
-#include <sliph5.h>
+#include <slipstep/rooms/slipfault.h>
+#include <slipstep/rooms/slipcells.h>
+#include <slipstep/rooms/slipcore.h>
+#include <slipstep/rooms/slipsys.h>
+#include <slipstep/rooms/slipoutput.h>
+#include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipdevice.h>

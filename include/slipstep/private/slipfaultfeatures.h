@@ -1,7 +1,7 @@
 /* The combinations of features of a fault and of its runs that are errors. A choice that needs or excludes another
    choice is a rule here and nowhere else; conditions on computed numbers are checked where these are computed. */
 #pragma once
-#include <slipfault.h>
+#include <slipstep/rooms/slipfault.h>
 
 typedef enum {
   FEATURE_GRID,

@@ -1,7 +1,7 @@
 /* Cached results for a state: sums over its cells, observations, energies and powers, each with the moment it is for */
 #pragma once
-#include <slipfault.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipfault.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipfaultloads.h>
 
 /* All that cached results of a state depend on: the vector and its object state, the load, and the slip rates, as TSRK

@@ -1,6 +1,6 @@
 /* The loads of a fault: shear load and effective normal stress as functions of time */
 #pragma once
-#include <slipfault.h>
+#include <slipstep/rooms/slipfault.h>
 
 /* The point source of -fault_injection */
 typedef struct {

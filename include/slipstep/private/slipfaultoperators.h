@@ -1,7 +1,7 @@
 /* The operators of a fault, and the critical state that follows from them and the strength */
 #pragma once
-#include <slipfault.h>
-#include <slipelastic.h>
+#include <slipstep/rooms/slipfault.h>
+#include <slipstep/rooms/slipelastic.h>
 
 typedef struct {
   PetscReal mass;    /* rho Ly [kg/m^2] */

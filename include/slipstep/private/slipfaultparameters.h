@@ -2,7 +2,7 @@
    by cell. After the numbers and fields of the tables follow those of registered friction laws: ids from
    FAULT_NUM_REALS and FAULT_NUM_FIELDS on, one law after another. */
 #pragma once
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipmesh.h>
 
 /* Largest number of parameters of registered laws, and length of their names */

@@ -1,8 +1,8 @@
 /* A fault as a problem of a TS: the constraint of a stage, the balance of faults that always slide, rest, tolerances
    and defaults */
 #pragma once
-#include <slipfault.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipfault.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipstate.h>

@@ -1,6 +1,6 @@
 /* Internal header of src/mat: irregular meshes, their trees and their distribution */
 #pragma once
-#include <slipcells.h>
+#include <slipstep/rooms/slipcells.h>
 #include <slipstep/private/slipmatcommon.h>
 
 /* ---- irregular.c ---- */

@@ -1,6 +1,6 @@
 /* Internal header of src/mat: dense and low-rank matrices, and common parts of shell matrices */
 #pragma once
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 

@@ -2,10 +2,10 @@
    functions in a file of its own; no other code depends on the kind. */
 #pragma once
 #include <petscmat.h>
-#include <slipcells.h>
-#include <slipcore.h>
-#include <sliph5.h>
-#include <slipmat.h>
+#include <slipstep/rooms/slipcells.h>
+#include <slipstep/rooms/slipcore.h>
+#include <slipstep/rooms/sliph5.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 

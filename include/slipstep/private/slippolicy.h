@@ -2,8 +2,8 @@
 #pragma once
 #include <petsc/private/petscimpl.h>
 #include <petscviewer.h>
-#include <sliph5.h>
-#include <slippolicy.h>
+#include <slipstep/rooms/sliph5.h>
+#include <slipstep/rooms/slippolicy.h>
 #include <slipcompat.h>
 
 /* One dense layer y = f(W x + b). The weight is stored transposed, so that the evaluation accesses memory

@@ -2,9 +2,9 @@
 #pragma once
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfault.h>
-#include <slipcore.h>
-#include <slipoutput.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipcore.h>
+#include <slipstep/rooms/slipoutput.h>
+#include <slipstep/rooms/slipts.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipwork.h>
 

@@ -1,8 +1,8 @@
 /* The output of a run: growing tables in memory that are appended to the file in blocks, and the results at its end */
 #pragma once
-#include <slipoutput.h>
-#include <sliph5.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipoutput.h>
+#include <slipstep/rooms/sliph5.h>
+#include <slipstep/rooms/slipts.h>
 #include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipsys.h>
 

@@ -1,6 +1,6 @@
 /* Decides when the state of a run is written, and when a run stops early. */
 #pragma once
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 #include <slipstep/private/slipstate.h>
 
 /* Visits all data that a run needs from one step to the next, in both directions. */

@@ -1,9 +1,9 @@
 /* Internal header of the constraint object, for the two cone solvers */
 #pragma once
-#include <slipsnes.h>
+#include <slipstep/rooms/slipsnes.h>
 #include <petsc/private/snesimpl.h>
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 
 struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);

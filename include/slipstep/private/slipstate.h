@@ -3,7 +3,7 @@
 #pragma once
 #include <petscvec.h>
 #include <slipcompat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 
 /* An object with a memory composes this name with a function (object, SlipState), called after a check of its type. */
 #define SLIP_STATE_METHOD "SlipState_C"
@@ -38,7 +38,7 @@ PETSC_INTERN PetscErrorCode SlipStateSame(SlipState state, const char name[], co
 PETSC_INTERN PetscErrorCode SlipStateObject(SlipState state, const char name[], PetscObject object);
 
 /* Inside statevisit.c and statefile.c */
-#include <sliph5.h>
+#include <slipstep/rooms/sliph5.h>
 struct _n_SlipState {
   MPI_Comm comm;
   PetscMPIInt rank;

@@ -2,8 +2,8 @@
 #pragma once
 #include <petscmat.h>
 #include <slipcompat.h>
-#include <sliph5.h>
-#include <slipsys.h>
+#include <slipstep/rooms/sliph5.h>
+#include <slipstep/rooms/slipsys.h>
 #include <sys/stat.h>
 
 /* ---- package.c ---- */

@@ -1,9 +1,9 @@
 /* Internal header of src/ts, mainly of TSBATHE */
 #pragma once
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>

@@ -1,7 +1,7 @@
 /* Internal header of the medium "waves": fields on a plane or a line by wavenumbers, their memory, images of the fault,
    and the data of the medium */
 #pragma once
-#include <slipwaves.h>
+#include <slipstep/rooms/slipwaves.h>
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatgrid.h>
 

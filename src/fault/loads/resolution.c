@@ -12,7 +12,7 @@
    A cell can fail alone where its own stiffness K_ii is below K_c. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <stdio.h>
 
 /* Cells that a cohesive zone must have: Day et al. (2005) for ruptures, and Jiang et al. (2022) for cycles */

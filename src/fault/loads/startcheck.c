@@ -4,7 +4,7 @@
    the largest patch. Slip should begin in a patch. Other cells that start above their strength slip at once as well,
    with a stress drop that nobody chose. */
 #include <slipstep/private/slipfault.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <stdio.h>
 
 /* On rank 0: the cells above their strength, by row, each with the number of a cell of its patch */

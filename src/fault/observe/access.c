@@ -465,26 +465,10 @@ PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipFaultSetInertia - sets whether the fault has inertia
-
-  Logically collective; before SlipFaultSetUp()
-
-  Input Parameters:
-+ fault   - the fault
-- inertia - PETSC_TRUE (the default unless cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic
-            balance H (v - v_inf) + K u = T + tau, in which H, still made with M = rho Ly or radiation damping, limits
-            slip rates
-
-  Options Database Key:
-. -fault_inertia <yes,no> - sets the same
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); there, PETSC_ERR_ARG_INCOMP without inertia and viscosity
-
-.seealso: SlipFaultSetUp(), SlipFaultSetReal()
-@*/
+/* Sets whether the fault has inertia. inertia: PETSC_TRUE (the default unless cells always slide), or PETSC_FALSE: M =
+   0, the quasi-dynamic balance H (v - v_inf) + K u = T + tau, in which H, still made with M = rho Ly or radiation
+   damping, limits slip rates. Option -fault_inertia <yes,no>: sets the same. Errors: PETSC_ERR_ORDER after
+   SlipFaultSetUp(); there, PETSC_ERR_ARG_INCOMP without inertia and viscosity. */
 PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
 {
   PetscFunctionBegin;
@@ -524,23 +508,8 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipFaultGetTimeScale - gets T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
-
-  Not collective; after SlipFaultSetUp()
-
-  Input Parameter:
-. fault - the fault
-
-  Output Parameter:
-. tstar - T* [s]
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
-
-.seealso: SlipFaultConfigureTS()
-@*/
+/* Gets T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness. tstar: T* [s]. Errors:
+   PETSC_ERR_ORDER before SlipFaultSetUp(). */
 PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar)
 {
   PetscFunctionBegin;

@@ -39,16 +39,8 @@ static PetscErrorCode CheckParts(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipFaultDeclareOptions - declares the options of faults to SlipCheckOptionNames(): those of the tables, the others
-  that SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
-
-  Not collective; SlipStepInitializePackage() calls it, and SlipFaultRegisterFrictionLaw() for a law's parameters.
-
-  Level: developer
-
-.seealso: SlipDeclareOptions(), SlipFaultSetFromOptions()
-@*/
+/* Declares the options of faults to SlipCheckOptionNames(): those of the tables, the others that
+   SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state. */
 PetscErrorCode SlipFaultDeclareOptions(void)
 {
   static char names[FAULT_MAX_NAMES], times[FAULT_MAX_NAMES];

@@ -2,7 +2,7 @@
    reference, and lets a test try every pair. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfeatures.h>
-#include <slipts.h>
+#include <slipstep/rooms/slipts.h>
 #include <string.h>
 
 static PetscBool Chosen(SlipFault fault, PetscInt id, const char name[])

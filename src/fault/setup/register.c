@@ -1,6 +1,6 @@
 /* Registers the classes and types of faults with PETSc. */
 #include <slipstep/private/slipfault.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 
 PetscClassId SLIP_FAULT_CLASSID;
 
@@ -13,15 +13,7 @@ static PetscErrorCode Register_Fault(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipFaultInitializePackage - registers the class of faults and all types that a TS of a fault can consist of
-
-  Not collective; after PetscInitialize(). A second call does nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), SlipFaultCreate()
-@*/
+/* Registers the class of faults and all types that a TS of a fault can consist of. */
 PetscErrorCode SlipFaultInitializePackage(void)
 {
   return SlipRegisterOnce(Register_Fault);

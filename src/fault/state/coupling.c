@@ -2,7 +2,7 @@
    the displacement relative to the far field, which loading by backslip leaves as it is. u0 is that of the start, which
    is not 0 where elastic stress is critical there: sigma0 is the normal stress before any slip. */
 #include <slipstep/private/slipfault.h>
-#include <slipelasticity.h>
+#include <slipstep/rooms/slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 
 /* Finds whether every rake is the same multiple of 180 degrees, so that the vertical kernel holds. */
@@ -124,28 +124,11 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipFaultGetFrictionOf - gets the friction of the cells of this process in a state, whose slip may have changed normal
-  stress
-
-  Collective; after SlipFaultSetUp()
-
-  Input Parameters:
-+ fault - the fault
-. t     - time of the state [s]
-- w     - state, of SlipFaultCreateState()
-
-  Output Parameter:
-. friction - as from SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn (u - u0), u0: that of the start;
-             valid until the next call for another state or time
-
-  Level: advanced
-
-  Note: where slip does not change normal stress, it is that of SlipFaultGetFriction(). Else it costs a product with Kn,
-  unless the state is that of the last call, or of the last right-hand side
-
-.seealso: SlipFaultGetFriction(), SlipFrictionStrength()
-@*/
+/* Gets the friction of the cells of this process in a state, whose slip may have changed normal stress. t: time of the
+   state [s]; w: state, of SlipFaultCreateState(); friction: as from SlipFaultGetFriction(), with the normal stress
+   sigma0 - p + Kn (u - u0), u0: that of the start; valid until the next call for another state or time. Where slip does
+   not change normal stress, it is that of SlipFaultGetFriction(). Else it costs a product with Kn, unless the state is
+   that of the last call, or of the last right-hand side. */
 PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction)
 {
   SlipFaultCoupling *c = &fault->coupling;

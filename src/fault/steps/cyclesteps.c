@@ -1,7 +1,7 @@
 /* Chooses controller and tolerance for cycles of friction whose cells always slide, by TSADAMS, and gives the error of
    event times over the recurrence at a tolerance. Numbers are from 78 drawn lines of 32 to 96 cells, 57 of them by dsp,
    whose errors at a tolerance equal those of pi, and 17 planes of 128 to 648 (tests/benchmarks/cycles.py --drawn). */
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipts.h>

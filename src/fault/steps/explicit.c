@@ -2,7 +2,7 @@
    always slide, as with rate-and-state friction, or friction sticks (sticking.c). */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipts.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 
 #define EXPLICIT_RTOL 1e-3       /* with waves, for the worst cell */
 #define FIRST_STEP 0.01          /* over the time in which the fastest cell slips its d_c */

@@ -7,7 +7,7 @@
    The default is TSRKC. TSADAMS, of higher order, is faster up to 6,000 cells where the error bounds a step. But once
    stability does, as an event ends, its slip rates fall too late, and with them the end of the event (by 1 of 29 s at
    1e-2 in the tutorial's). */
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <string.h>

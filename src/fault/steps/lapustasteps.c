@@ -1,6 +1,6 @@
 /* Computes steps of constant slip rates: the state after a step, and its longest length. */
 #include <slipstep/private/slipfault.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 
 #define MOST_SLIP 0.5 /* slip in a step, over d_c */
 /* Waves may start a rupture where all cells rest while the largest stress that is still to arrive exceeds the first

@@ -1,5 +1,5 @@
 /* Chooses the default controller of a run, and the tolerance at which a controller satisfies the wanted accuracy. */
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <string.h>
@@ -76,28 +76,13 @@ static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipFaultFindTolerance - finds the relative tolerance at which a controller satisfies an accuracy in 95 % of faults
-
-  Not collective; reads the file of the library, or of SLIPSTEP_POLICY_DIR
-
-  Input Parameters:
-+ kind       - kind of run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or
-               healing), "sequence_inertia", "injection" (a pore pressure alone), "injection_weakening" (where friction
-               weakens) or "smooth" (rate-and-state friction under TSBATHE)
-. controller - as in SlipAdaptSetController()
-- accuracy   - relative error of the run, as in -fault_accuracy, dimensionless
-
-  Output Parameter:
-. rtol - the tolerance, dimensionless; 0: the file has none for this controller, or it satisfies the accuracy at none
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind; PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED for a file that
-  is missing or damaged
-
-.seealso: SlipFaultConfigureTS()
-@*/
+/* Finds the relative tolerance at which a controller satisfies an accuracy in 95 % of faults. kind: kind of run:
+   "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or healing), "sequence_inertia",
+   "injection" (a pore pressure alone), "injection_weakening" (where friction weakens) or "smooth" (rate-and-state
+   friction under TSBATHE); controller: as in SlipAdaptSetController(); accuracy: relative error of the run, as in
+   -fault_accuracy, dimensionless; rtol: the tolerance, dimensionless; 0: the file has none for this controller, or it
+   satisfies the accuracy at none. Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind; PETSC_ERR_FILE_OPEN or
+   PETSC_ERR_FILE_UNEXPECTED for a file that is missing or damaged. */
 PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy, PetscReal *rtol)
 {
   SlipFaultTolerances t = {0};

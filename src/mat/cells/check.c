@@ -1,5 +1,5 @@
 /* Checks the cells of an irregular mesh: they must not be above the free surface, overlap, or cross each other. */
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 #include <math.h>
@@ -332,28 +332,13 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCellsCheck - refuses a mesh for which no stiffness can be computed
-
-  Not collective, but every process of comm must pass the same cells
-
-  Input Parameters:
-+ comm   - communicator of the error messages
-. cells  - the cells
-- source - their source, for messages
-
-  Note: cells may touch along edges, at any angle, and the edge of one may end inside of another one, as where faults
-  branch
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (numbered from 0, or by cells->number) with numbers that are
-  not finite, extents that are not positive, strikes outside of [-360, 360] and dips outside of (0, 90] degrees, of
-  triangles [0, 180], cells above the surface, pairs of rows that overlap on one plane or cross; PETSC_ERR_ARG_INCOMP
-  for a kernel of triangles without vertices and one of rectangles with them; those of SlipKernelCheck()
-
-  Level: intermediate
-
-.seealso: MatCreateSlipCellStiffness()
-@*/
+/* Refuses a mesh for which no stiffness can be computed. comm: communicator of the error messages; source: their
+   source, for messages. Cells may touch along edges, at any angle, and the edge of one may end inside of another one,
+   as where faults branch. Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (numbered from 0, or by cells->number)
+   with numbers that are not finite, extents that are not positive, strikes outside of [-360, 360] and dips outside of
+   (0, 90] degrees, of triangles [0, 180], cells above the surface, pairs of rows that overlap on one plane or cross;
+   PETSC_ERR_ARG_INCOMP for a kernel of triangles without vertices and one of rectangles with them; those of
+   SlipKernelCheck(). */
 PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char source[])
 {
   static const SlipKernelType *const ofRectangles[] = {&SlipKernelStrikeSlip, &SlipKernelDipping,

@@ -1,6 +1,6 @@
 /* Cells of an irregular mesh: the entries of their stiffness, and the weights that are composed with it. */
-#include <slipmat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
@@ -204,22 +204,8 @@ PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipGetWeights - gets the weights of the rows of a stiffness, the areas of cells over their mean
-
-  Not collective
-
-  Input Parameter:
-. S - stiffness
-
-  Output Parameter:
-. weights - borrowed, dimensionless, with S's distribution, each twice for vectors of slip; NULL if all are 1, as on
-            uniform grids
-
-  Level: intermediate
-
-.seealso: MatCreateSlipCellStiffness(), MatCreateSlipCellVectorStiffness()
-@*/
+/* Gets the weights of the rows of a stiffness, the areas of cells over their mean. weights: borrowed, dimensionless,
+   with S's distribution, each twice for vectors of slip; NULL if all are 1, as on uniform grids. */
 PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights)
 {
   PetscFunctionBegin;

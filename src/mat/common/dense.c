@@ -1,6 +1,6 @@
 /* Whole matrices on one rank: transfer to and from a parallel Mat, and their symmetric eigenproblem. */
-#include <slipmat.h>
-#include <slipblas.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <slipstep/private/slipwork.h>

@@ -2,8 +2,8 @@
   The difference between sqrt(K) and its spectral approximation. It is large only near the fault's two ends and has low
   numerical rank; it is stored as W diag(lambda) W' for each parity under the mirror x -> -x (viscosity/sketch.c).
 */
-#include <slipmat.h>
-#include <slipblas.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <slipstep/private/slipwork.h>

@@ -1,7 +1,7 @@
 /* Products on the device: how matrices are put there, and the memory that they need there. Dense matrices are PETSc's,
    so that this file replaces their products. */
 #include <petsc/private/petscimpl.h> /* states */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatcommon.h>

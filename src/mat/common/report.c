@@ -1,5 +1,5 @@
 /* What views print about operators: how a type was chosen, and how much memory it takes. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
 
@@ -62,21 +62,8 @@ PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  MatSlipGetNotes - gets a text about how the type of a matrix was chosen
-
-  Not collective
-
-  Input Parameter:
-. A - stiffness or viscosity
-
-  Output Parameter:
-. why - "auto: ..." or the given type; borrowed, "" if there is no note
-
-  Level: intermediate
-
-.seealso: SlipFaultView()
-@*/
+/* Gets a text about how the type of a matrix was chosen. A: stiffness or viscosity; why: "auto: ..." or the given type;
+   borrowed, "" if there is no note. */
 PetscErrorCode MatSlipGetNotes(Mat A, const char **why)
 {
   PetscFunctionBegin;

@@ -1,5 +1,5 @@
 /* Common parts of our matrices: type name and conversion of shells to MATDENSE, and notes for views. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <stdarg.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
   cache, so that a product takes as long as reading them. Each is therefore read once, for real and imaginary parts at
   once, and of symmetric blocks only half is read.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <stdlib.h>
 #include <slipstep/private/slipmatgrid.h>
 

@@ -3,7 +3,7 @@
   P >= 2 nx - 1 cells; an FFT along strike gives one real symmetric nz x nz block per wavenumber (the kernel is even in
   x). Functions of the blocks are the "spectral" operators, exact for K and approximate for sqrt(K) or an inverse.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <petscblaslapack.h>
 #include <fftw3.h>
 #include <stdlib.h>
@@ -148,24 +148,10 @@ static PetscErrorCode StrikeDestroy(SlipContainerArg arg)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipStiffnessSetShare - sets whether ranks share the wavenumbers along strike, or each computes whole products
-
-  Logically collective
-
-  Input Parameters:
-+ K     - stiffness on a uniform grid
-- share - whether they share; by default they do with more than 30 cells in depth
-
-  Options Database Key:
-. -mat_slip_share - the same, for MatSlipStiffnessSetFromOptions()
-
-  Errors: PETSC_ERR_ORDER after the first use of K, or of a matrix that was created from it
-
-  Level: advanced
-
-.seealso: MatCreateSlipStiffness(), MatSlipStiffnessSetDepth(), MatSlipStiffnessSetFromOptions()
-@*/
+/* Sets whether ranks share the wavenumbers along strike, or each computes whole products. K: stiffness on a uniform
+   grid; share: whether they share; by default they do with more than 30 cells in depth. Option -mat_slip_share: the
+   same, for MatSlipStiffnessSetFromOptions(). Errors: PETSC_ERR_ORDER after the first use of K, or of a matrix that was
+   created from it. */
 PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share)
 {
   SlipCirculant made;

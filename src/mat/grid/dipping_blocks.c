@@ -10,7 +10,7 @@
 
   with transforms by cosines and sines. The symmetric part of the stiffness has the symmetric part of X.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 

@@ -5,7 +5,7 @@
   all along dip, there is one component. Vectors of slip and of stress have these components already. Both matrices
   share one engine, so that products with both transform slip once.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <stdlib.h>
 #include <slipstep/private/slipdevice.h>

@@ -1,6 +1,6 @@
 /* Gathers a whole distributed vector on every rank, for small fields, or the rows of cells that a rank transforms. In
    both cases the results of operators do not depend on the number of ranks. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 

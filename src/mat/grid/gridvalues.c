@@ -1,5 +1,5 @@
 /* The uniform grid of a stiffness: checks, its kernel values, and its composition with a Mat. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipwork.h>

@@ -9,7 +9,7 @@
   measured). With AVX2 alone FFTW is therefore 6 to 13 % faster on grids of 256 and 512 rows. It is not used there,
   because it needs another order of fields and symbols, and with it a second version of every product.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <stdlib.h>
 #include <slipstep/private/slipmatgrid.h>
 

@@ -4,7 +4,7 @@
   i, i < nx / 2, and the middle cell alone (even) if nx is odd. Blocks are row-major with index iz * hx + ix, where hx
   is half the cells of a row.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 

@@ -1,6 +1,6 @@
 /* Stiffness of type "slipfft": exact products by transforms along strike, and in depth by transforms or by a block per
    wavenumber, whichever is faster. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>

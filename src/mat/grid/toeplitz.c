@@ -11,7 +11,7 @@
   them (transposed_fft.c). All rows and all wavenumbers are transformed in the same way (lanes.c), so that results do
   not depend on the number of ranks.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <stdlib.h>
 #include <slipstep/private/slipsys.h>

@@ -11,7 +11,7 @@
   and is positive definite if f is positive. The square root has an error of 3 % in norm along the fault's edges where
   the fault touches the surface (measured), and the resulting error of B(theta) is at most 2 % of B.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipwork.h>

@@ -6,7 +6,7 @@
   (lanes.c). They are transposed while they are in the cache, directly to the place of this rank's wavenumbers or into
   the message for another rank, where an MPI type puts them in place.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <fftw3-mpi.h>
 #include <stdlib.h>
 #include <slipcompat.h>

@@ -9,7 +9,7 @@
 
   A block that represents its transpose is read twice and stored once.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmathmatrix.h>

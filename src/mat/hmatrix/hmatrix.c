@@ -11,7 +11,7 @@
 */
 #include <petscmat.h>
 #include <float.h>
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>

@@ -1,6 +1,6 @@
 /* MatCreateSlipCellStiffness(), its variants for normal stress and for vectors of slip, and the table of types. */
-#include <slipmat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>

@@ -1,8 +1,8 @@
 /* MatCreateSlipDippingStiffness(), the same function for vectors of slip, their table of types, and products with both
    of their matrices. */
 #include <petsc/private/petscimpl.h> /* methods */
-#include <slipmat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
@@ -243,26 +243,9 @@ PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDipp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipStiffnessMultBoth - computes the stress drop and the compression by slip at once
-
-  Collective
-
-  Input Parameters:
-+ K  - stiffness
-. Kn - change of normal stress by slip, created with K or by any other function
-- u  - slip [m]
-
-  Output Parameters:
-+ f - K u [Pa]
-- n - Kn u [Pa]
-
-  Note: matrices by transforms that were created together transform u once; others take two products
-
-  Level: intermediate
-
-.seealso: MatCreateSlipDippingStiffness(), MatCreateSlipCellNormalStiffness()
-@*/
+/* Computes the stress drop and the compression by slip at once. Kn: change of normal stress by slip, created with K or
+   by any other function; u: slip [m]; f: K u [Pa]; n: Kn u [Pa]. Matrices by transforms that were created together
+   transform u once; others take two products. */
 PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 {
   PetscErrorCode (*both)(Mat, Mat, Vec, Vec, Vec);

@@ -1,7 +1,7 @@
 /* A matrix of the rows of normal stress in a stiffness with opening. */
 #include <petsc/private/petscimpl.h> /* methods */
-#include <slipmat.h>
-#include <slipcells.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipcells.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
@@ -131,25 +131,11 @@ static PetscErrorCode NormalRowsDestroy(Mat Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatCreateSlipNormalRows - creates the matrix of the change of normal stress from a stiffness with slip and opening
-
-  Collective
-
-  Input Parameter:
-. S - stiffness of cells that open, 3 N x 3 N, of MatCreateSlipCellVectorStiffness() or
-      MatCreateSlipDippingVectorStiffness(), of which Kn takes a reference
-
-  Output Parameter:
-. Kn - matrix [Pa/m], N x 3 N: every third row of S over its weight, the compression of a cell by slip and opening of
-       all. Its product takes one product with S, and so does MatSlipStiffnessMultBoth(). MatScale() of S scales both
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ARG_SIZ for an S whose rows here are no multiple of 3
-
-.seealso: MatCreateSlipCellVectorStiffness(), MatSlipStiffnessMultBoth()
-@*/
+/* Creates the matrix of the change of normal stress from a stiffness with slip and opening. S: stiffness of cells that
+   open, 3 N x 3 N, of MatCreateSlipCellVectorStiffness() or MatCreateSlipDippingVectorStiffness(), of which Kn takes a
+   reference; Kn: matrix [Pa/m], N x 3 N: every third row of S over its weight, the compression of a cell by slip and
+   opening of all. Its product takes one product with S, and so does MatSlipStiffnessMultBoth(). MatScale() of S scales
+   both. Errors: PETSC_ERR_ARG_SIZ for an S whose rows here are no multiple of 3. */
 PetscErrorCode MatCreateSlipNormalRows(Mat S, Mat *Kn)
 {
   const SlipShellOps ops = {

@@ -9,8 +9,8 @@
   as well, with two to two and a half times the shared sides (1920 cells in two faults: 130 instead of 54 on 4
   processes, 266 instead of 129 on 7).
 */
-#include <slipcells.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipcells.h>
+#include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatinterface.h>
 #include <stdlib.h>
@@ -243,30 +243,12 @@ static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char typ
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCellsPartition - partitions a mesh into compact parts of equal cost for the processes
-
-  Collective
-
-  Input Parameters:
-+ comm  - communicator
-. cells - the cells, the same on every process
-- type  - storage that their stiffness will have: "dense", "hmat" or "auto"; with "hmat" a cell costs the expected
-          storage of its row, otherwise all cost the same
-
-  Output Parameters:
-+ order  - [n] cell of each row of the stiffness, the same on every process; in its own order on one process. Free it
-           with PetscFree()
-- nlocal - rows of this process, at least 1
-
-  Note: pass both to MatCreateSlipCellStiffness() as cells->order and cells->nlocal.
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE when there are more processes than cells
-
-  Level: intermediate
-
-.seealso: MatCreateSlipCellStiffness()
-@*/
+/* Partitions a mesh into compact parts of equal cost for the processes. cells: the cells, the same on every process;
+   type: storage that their stiffness will have: "dense", "hmat" or "auto"; with "hmat" a cell costs the expected
+   storage of its row, otherwise all cost the same; order: [n] cell of each row of the stiffness, the same on every
+   process; in its own order on one process. Free it with PetscFree(); nlocal: rows of this process, at least 1. Pass
+   both to MatCreateSlipCellStiffness() as cells->order and cells->nlocal. Errors: PETSC_ERR_ARG_OUTOFRANGE when there
+   are more processes than cells. */
 PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type, PetscInt **order,
                                   PetscInt *nlocal)
 {

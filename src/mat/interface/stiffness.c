@@ -1,7 +1,7 @@
 /* MatCreateSlipStiffness() and its table of types; the stiffness from explicit entries. */
 #include <petsc/private/petscimpl.h> /* prefix, methods */
-#include <slipmat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipsys.h>
 #include <petscblaslapack.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatinterface.h>

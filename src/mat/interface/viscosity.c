@@ -1,5 +1,5 @@
 /* MatCreateSlipViscosity(): H = 2 zeta sqrt(mass) K^(1/2), the matrix square root. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>

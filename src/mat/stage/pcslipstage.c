@@ -15,7 +15,7 @@
   17.3 s).
 */
 #include <petsc/private/petscimpl.h> /* prefix */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatstage.h>

@@ -1,7 +1,7 @@
 /* Registers the operators with PETSc. */
 #include <slipstep/private/slipmatstage.h>
 #include <slipstep/private/slipsys.h>
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 
 static PetscErrorCode Register_Mat(void)
 {
@@ -11,15 +11,7 @@ static PetscErrorCode Register_Mat(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipMatInitializePackage - registers the preconditioner slipstage and the events of -log_view
-
-  Not collective; after PetscInitialize(). Further calls do nothing.
-
-  Level: developer
-
-.seealso: SlipStepInitializePackage(), MatCreateSlipStiffness(), MatCreateSlipViscosity(), MatCreateSlipStage()
-@*/
+/* Registers the preconditioner slipstage and the events of -log_view. */
 PetscErrorCode SlipMatInitializePackage(void)
 {
   return SlipRegisterOnce(Register_Mat);

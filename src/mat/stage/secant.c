@@ -12,8 +12,8 @@
   later stages and steps, because only sums of the same products, and of their small matrices, depend on theta.
 */
 #include <petsc/private/petscimpl.h>
-#include <slipmat.h>
-#include <slipcells.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipcells.h>
 #include <petscblaslapack.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatstage.h>

@@ -351,26 +351,10 @@ static PetscErrorCode StageContext(Mat B, SlipStageContext **s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  MatSlipStageSetJacobian - sets which operator MatSlipStageGetApproximation() returns for Newton matrices
-
-  Collective
-
-  Input Parameters:
-+ B    - matrix of MatCreateSlipStage()
-- type - "exact" (B itself), "approximate" (a cheap viscosity) or "auto" (by cost; default)
-
-  Options Database Key:
-. -mat_slipstage_jacobian <auto> - the same, for MatSlipStageSetFromOptions()
-
-  Note: call this before a solver is set up with B.
-
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE
-
-  Level: advanced
-
-.seealso: MatSlipStageGetApproximation(), MatSlipStageSetFromOptions()
-@*/
+/* Sets which operator MatSlipStageGetApproximation() returns for Newton matrices. B: matrix of MatCreateSlipStage();
+   type: "exact" (B itself), "approximate" (a cheap viscosity) or "auto" (by cost; default). Option
+   -mat_slipstage_jacobian <auto>: the same, for MatSlipStageSetFromOptions(). Call this before a solver is set up with
+   B. Errors: PETSC_ERR_ARG_UNKNOWN_TYPE. */
 PetscErrorCode MatSlipStageSetJacobian(Mat B, const char type[])
 {
   SlipStageContext *s;
@@ -388,21 +372,9 @@ PetscErrorCode MatSlipStageSetJacobian(Mat B, const char type[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipStageSetFromOptions - reads the options of a stage operator, with its prefix
-
-  Collective
-
-  Input Parameter:
-. B - matrix of MatCreateSlipStage(), which has the prefix of K
-
-  Options Database Key:
-. -mat_slipstage_jacobian <auto> - Newton matrices: exact, approximate, or by cost (MatSlipStageSetJacobian())
-
-  Level: intermediate
-
-.seealso: MatSlipStageSetJacobian(), MatSetOptionsPrefix()
-@*/
+/* Reads the options of a stage operator, with its prefix. B: matrix of MatCreateSlipStage(), which has the prefix of K.
+   Option -mat_slipstage_jacobian <auto>: Newton matrices: exact, approximate, or by cost (MatSlipStageSetJacobian()).
+   */
 PetscErrorCode MatSlipStageSetFromOptions(Mat B)
 {
   SlipStageContext *s;
@@ -520,30 +492,15 @@ static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatSlipStageGetApproximation - gets a stage operator with a cheap viscosity, the matrix of an inexact Newton method
-
-  Logically collective
-
-  Input Parameter:
-. B - matrix of MatCreateSlipStage() whose theta is set
-
-  Output Parameter:
-. A - borrowed; B itself if its products are cheap, otherwise a matrix of type "slipstage" with the same theta
-
-  Notes:
-  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A in place of B,
-  a Newton iteration on B v = c reduces the error at least by the factor |A^-1 (H - H_A)|. On a uniform grid H_A is the
-  viscosity of type "toeplitz": the factor is 0.02, and products are as cheap as those with K. Elsewhere
-  H_A = (zeta / 2) ((mass / theta) I + theta K): the factor is zeta / (2 + zeta), 0.12 for zeta = 0.8 / 3. Both improve
-  with products with H, as those that H has stored correct H_A: A is another operator at each call, and on a grid of
-  100 x 100 the factor of the first Newton iteration decreases from 3e-2 to 1e-3. Near an instability, where weakening
-  cancels most of B, the factor is larger in proportion.
-
-  Level: advanced
-
-.seealso: MatCreateSlipStage(), MatSlipStageSetJacobian(), MatSlipStageSetTheta(), SNESSEMISMOOTH
-@*/
+/* Gets a stage operator with a cheap viscosity, the matrix of an inexact Newton method. B: matrix of
+   MatCreateSlipStage() whose theta is set; A: borrowed; B itself if its products are cheap, otherwise a matrix of type
+   "slipstage" with the same theta. H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for
+   each mode of K. With A in place of B, a Newton iteration on B v = c reduces the error at least by the factor |A^-1 (H
+   - H_A)|. On a uniform grid H_A is the viscosity of type "toeplitz": the factor is 0.02, and products are as cheap as
+   those with K. Elsewhere H_A = (zeta / 2) ((mass / theta) I + theta K): the factor is zeta / (2 + zeta), 0.12 for zeta
+   = 0.8 / 3. Both improve with products with H, as those that H has stored correct H_A: A is another operator at each
+   call, and on a grid of 100 x 100 the factor of the first Newton iteration decreases from 3e-2 to 1e-3. Near an
+   instability, where weakening cancels most of B, the factor is larger in proportion. */
 PetscErrorCode MatSlipStageGetApproximation(Mat B, Mat *A)
 {
   SlipStageContext *s, *a;

@@ -2,7 +2,7 @@
   Viscosity by a dense root: H = factor D (D^-1 S D^-1)^(1/2) D with D = diag(w)^(1/2), where w are the weights of the
   rows of S. It is w times H = factor K^(1/2) of the unweighted K = diag(1/w) S, and symmetric.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 

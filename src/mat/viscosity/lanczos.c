@@ -16,8 +16,8 @@
   products, 15 ms, where the set-up takes 79 ms, and a century of events 1e5 products.
 */
 #include <petsc/private/petscimpl.h>
-#include <slipmat.h>
-#include <slipblas.h>
+#include <slipstep/rooms/slipmat.h>
+#include <slipstep/rooms/slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 #include <slipstep/private/slipsys.h>

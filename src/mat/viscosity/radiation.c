@@ -1,5 +1,5 @@
 /* Viscosity of type "slipradiation": eta diag(w), where w are the weights of the rows of K. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatcommon.h>
@@ -137,26 +137,11 @@ static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  MatCreateSlipRadiationOpening - creates radiation damping of cells that open, in their plane and across it
-
-  Collective
-
-  Input Parameters:
-+ K      - stiffness with three components a cell, 3 N x 3 N
-. eta    - traction per slip rate [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault
-- across - pressure per rate of opening [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional waves;
-           0: K has no opening, and all components have eta
-
-  Output Parameter:
-. H - diagonal, 3 N x 3 N [Pa s/m], times the weights of K's rows
-
-  Level: intermediate
-
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for eta or across
-
-.seealso: MatCreateSlipRadiation(), MatCreateSlipCellVectorStiffness()
-@*/
+/* Creates radiation damping of cells that open, in their plane and across it. K: stiffness with three components a
+   cell, 3 N x 3 N; eta: traction per slip rate [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault;
+   across: pressure per rate of opening [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional waves; 0:
+   K has no opening, and all components have eta; H: diagonal, 3 N x 3 N [Pa s/m], times the weights of K's rows.
+   Errors: PETSC_ERR_ARG_OUTOFRANGE for eta or across. */
 PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal across, Mat *H)
 {
   const SlipShellOps ops = {.mult = RadiationMult,

@@ -12,7 +12,7 @@
   An explicit scheme needs products of the rates of its steps, each of which is nearly in the span of the last ones,
   with the error that the scheme allows (least).
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 

@@ -13,7 +13,7 @@
   (generalised Davidson; sketches as in Halko, Martinsson & Tropp 2011). The filters (S + a)^-1 are applied per
   wavenumber. It ends when, by random probes of R, the error of D is not above the tolerance.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <petscblaslapack.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>

@@ -1,6 +1,6 @@
 /* Viscosity of type "sliptoeplitz": the square root on an endless plane, mirrored at the free surface, see
    toeplitz_root.c. Its error is a few per cent along the fault's edges; a product costs as much as one of K. */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 

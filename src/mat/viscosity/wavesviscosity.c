@@ -4,7 +4,7 @@
   matrix of toeplitz.c at this wavenumber. Short wavelengths are well-conditioned and small, so that most processes end
   after a few steps.
 */
-#include <slipmat.h>
+#include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 

@@ -4,8 +4,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
-#include <slipsys.h>
-#include <slipcore.h>
+#include <slipstep/rooms/slipsys.h>
+#include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/sliprunsaving.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipts.h>

@@ -5,7 +5,7 @@
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <petsctime.h>
 
 /* Adds the row of an attempt. Collective. */

@@ -2,8 +2,8 @@
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
-#include <slipsys.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipsys.h>
+#include <slipstep/rooms/slipadapt.h>
 #include <petsc/private/petscimpl.h>
 #include <petsctime.h>
 #include <math.h>
@@ -188,24 +188,8 @@ PetscErrorCode SlipOutputSetOption(SlipOutput output, const char prefix[], const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipOutputSync - writes all rows to the disk, and counts them, for a checkpoint
-
-  Collective
-
-  Input Parameter:
-. output - the output
-
-  Output Parameters:
-+ steps  - rows of /steps that the file has now, 0 where there is no file
-- series - rows of /series
-
-  Level: advanced
-
-  Errors: PETSC_ERR_FILE_WRITE when the rows cannot be written
-
-.seealso: SlipOutputResume()
-@*/
+/* Writes all rows to the disk, and counts them, for a checkpoint. steps: rows of /steps that the file has now, 0 where
+   there is no file. Errors: PETSC_ERR_FILE_WRITE when the rows cannot be written. */
 PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *series)
 {
   PetscInt rows[2] = {0, 0};
@@ -228,30 +212,13 @@ PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *seri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipOutputResume - continues the file of an earlier run
-
-  Collective; after SlipOutputCreate(), before TSSolve()
-
-  Input Parameters:
-+ output - the output, with the name and the columns of the earlier run's
-. steps  - rows of /steps that stay, as SlipOutputSync() counted them
-- series - rows of /series that stay
-
-  Level: advanced
-
-  Notes:
-  The file is FILE.part or, when there is none, FILE of a run that has ended, which stays as it is until this run ends
-  too. A copy is cut, and replaces FILE.part when it is complete. TSSolve() then writes no row for the state that it
-  starts from, unless series is 0. Wall times of /run and /result continue, and the attribute restarts of /run counts.
-
-  Without a file name the function does nothing.
-
-  Errors: PETSC_ERR_FILE_OPEN when there is neither file or another program is writing it, PETSC_ERR_FILE_UNEXPECTED
-  when it has fewer rows or other datasets, PETSC_ERR_FILE_WRITE when it cannot be copied
-
-.seealso: SlipOutputSync(), SlipOutputCreate()
-@*/
+/* Continues the file of an earlier run. output: the output, with the name and the columns of the earlier run's; steps:
+   rows of /steps that stay, as SlipOutputSync() counted them; series: rows of /series that stay. The file is FILE.part
+   or, when there is none, FILE of a run that has ended, which stays as it is until this run ends too. A copy is cut,
+   and replaces FILE.part when it is complete. TSSolve() then writes no row for the state that it starts from, unless
+   series is 0. Wall times of /run and /result continue, and the attribute restarts of /run counts. Without a file name
+   the function does nothing. Errors: PETSC_ERR_FILE_OPEN when there is neither file or another program is writing it,
+   PETSC_ERR_FILE_UNEXPECTED when it has fewer rows or other datasets, PETSC_ERR_FILE_WRITE when it cannot be copied. */
 PetscErrorCode SlipOutputResume(SlipOutput output, PetscInt steps, PetscInt series)
 {
   PetscFunctionBegin;

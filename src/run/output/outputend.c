@@ -1,8 +1,8 @@
 /* Writes the groups /run and /result of an output file, on rank 0 only. */
 #include <slipstep/private/sliprunoutput.h>
 #include <slipcompat.h>
-#include <slipadapt.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipadapt.h>
+#include <slipstep/rooms/slipsys.h>
 #include <petsctime.h>
 
 /* Writes which policy chooses the steps, if one does. A default policy is loaded only in the first step. */

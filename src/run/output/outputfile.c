@@ -2,7 +2,7 @@
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <petsctime.h>
 
 static const SlipOutputColumn StepColumns[] = {

@@ -1,7 +1,7 @@
 /* Warns before a run, one line each, of options that were given without effect, because another choice excludes them.
    Only a fault that has read its options warns, on rank 0. adapt/rlidle.c does the same for options of steps. */
 #include <slipstep/private/sliprun.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <string.h>
 
 /* ---- conditions under which options are unused ---- */

@@ -14,7 +14,7 @@
    the share of the slip on cells that still slide. For one cell under slip weakening all this is the exact first
    variation. */
 #include <slipstep/private/sliprun.h>
-#include <slipadapt.h>
+#include <slipstep/rooms/slipadapt.h>
 
 /*
   The reported error is one that nine in ten runs stay below (19 in 20 of 4 or 5 steps, for the final slip). It is a

@@ -2,7 +2,7 @@
    result without notice; and of what the equations leave out. Only a fault that has read its options warns, on rank 0.
    */
 #include <slipstep/private/sliprun.h>
-#include <slipsys.h>
+#include <slipstep/rooms/slipsys.h>
 #include <math.h>
 
 /* ---- units ---- */

@@ -1,0 +1,18 @@
+/* What cells offers to the other rooms and to the trainer, and not to users */
+#pragma once
+#include <slipcells.h>
+#include <slipstep/rooms/slipelasticity.h>
+
+/* Raises an error if cells are not finite, have no extent, reach above the surface, overlap or cross. Messages name
+   source and count rows from 0. */
+PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells, const char source[]);
+/* Partitions a mesh by METIS into compact parts of equal cost: computes order [n] (free it by PetscFree()) and nlocal,
+   see above, for a stiffness of this type. */
+PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                               PetscInt **order, PetscInt *nlocal);
+/* Gets the weights A_i / mean(A) of the rows of such a stiffness, borrowed, or NULL if all are 1. */
+PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
+/* Sets the relative tolerance of products with a viscosity by Lanczos' method; other types ignore it. */
+PETSC_EXTERN PetscErrorCode MatSlipViscosityAllow(Mat H, PetscReal tolerance);
+PETSC_EXTERN PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance);
+PETSC_EXTERN PetscErrorCode MatSlipViscositySetFromOptions(Mat H);
