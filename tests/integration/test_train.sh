@@ -8,8 +8,6 @@ train=("$bin/train" -train_steps 10 -train_output refused.h5)
 refuses -train_problem pendulum fault sliding_mode circuit -- "${train[@]}" -train_problem pendulum
 refuses -train_algorithm dqn tqc td3 -- "${train[@]}" -train_algorithm dqn
 refuses -train_reward nonsense published accuracy -- "${train[@]}" -train_reward nonsense
-refuses "needs a problem with an accuracy dial" -- "${train[@]}" -train_reward dial
-refuses "add -train_random" -- "${train[@]}" -train_problem fault_dial -train_reward dial
 refuses -train_cost days iterations wall -- "${train[@]}" -train_cost days
 refuses -train_steps -- "${train[@]}" -train_steps 0
 refuses "-train_drop_quantiles is 25" -- "${train[@]}" -train_drop_quantiles 25

@@ -78,8 +78,7 @@ static void Observe(Environment *env, const PetscReal obs[])
 
 static PetscErrorCode Judge(Environment *env, const SlipAttempt *last, PetscReal *value)
 {
-  RewardInput in = {
-    .attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha, .dial = env->run.dial};
+  RewardInput in = {.attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha};
 
   PetscFunctionBegin;
   in.cost = env->o.wall_cost ? last->wall : (PetscReal)last->newton;

@@ -359,8 +359,7 @@ PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char pro
 {
   PetscFunctionBegin;
   PetscCheck(!family || draws, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-             "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes, or -train_problem "
-             "fault_dial");
+             "-train_family is for faults with an accuracy dial, expected -train_problem fault_dial");
   PetscCheck(!family || !strcmp(family->problem, problem), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "-train_family %s describes %s, expected -train_problem %s, or none", family->file, Describes(family),
              family->problem);

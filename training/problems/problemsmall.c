@@ -213,7 +213,7 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 #define SMALL_PROBLEM(Model, rtol_, atol_, unit)                                                                       \
   .model = &Slip##Model##Ops, .cma = &CMASmall, .evaluation = &Evaluation##Model, PROBLEM_DRAWS(Model##Draws),         \
   .apply = Apply##Model, .presets = Model##Presets, .rtol = rtol_, .atol = atol_, .atol_unit = unit,                   \
-  PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), PROBLEM_FUNCTIONS(Create)
+  PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), PROBLEM_FUNCTIONS
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
 static const DrawRow SlidingModeDraws[SLIDING_COUNT] = {

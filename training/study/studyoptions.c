@@ -3,7 +3,6 @@
 #include "trainer.h"
 #include "common/files.h"
 #include "common/options.h"
-#include "environment/family.h"
 #include "problems/problems.h"
 
 /* What the first policies were trained with; CMA-ES takes these as they are. */
@@ -52,23 +51,19 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   char reward[64] = "published", *names[ENV_MAX_OBS];
   char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS, cost = 0;
-  Family *family;
   PetscBool set;
 
   PetscFunctionBegin;
   PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_STEPS, &e->problem));
-  PetscCall(FamilyOption(PetscOptionsObject, &family));
-  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, e->problem->name));
-  e->family = family;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-train_family", &set));
+  PetscCheck(!set, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+             "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes or tolerances");
   PetscCall(PetscOptionsString(
     "-train_reward",
     "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
-    "effect of the step on the errors of the whole run), balanced (likewise, with half the cube root of alpha) or "
-    "dial (that of -train_algorithm cmaes, step by step; -train_problem fault_dial)",
+    "effect of the step on the errors of the whole run) or balanced (likewise, with half the cube root of alpha)",
     NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
-  PetscCheck(!e->reward->needs_dial || e->problem->has_dial, PETSC_COMM_WORLD, PETSC_ERR_SUP,
-             "-train_reward %s needs a problem with an accuracy dial: -train_problem fault_dial", reward);
   PetscCall(SetPreset(e));
   PetscCall(OptionChoice(PetscOptionsObject, "-train_cost",
                          "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, not "
@@ -285,6 +280,5 @@ PetscErrorCode TrainOptionsFree(TrainOptions *o)
 {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < o->env.nobs; ++i) PetscCall(PetscFree(o->env.names[i]));
-  PetscCall(PetscFree(o->env.family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
