@@ -101,12 +101,6 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CMACheckFamily(const Problem *problem, const void *family)
-{
-  return FamilyCheck((const Family *)family, problem->cma->kinds || problem->cma->runs ? PETSC_TRUE : PETSC_FALSE,
-                     problem->name);
-}
-
 PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *o)
 {
   PetscInt moves = PETSC_STATIC_ARRAY_LENGTH(o->move);
@@ -116,23 +110,7 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
   PetscCall(PetscMemzero(o, sizeof(*o)));
   o->problem = problem;
   PetscOptionsBegin(comm, NULL, "Training a step-size policy by CMA-ES", "train");
-  if (!problem) {
-    Family *family;
-    PetscBool given;
-
-    PetscCall(FamilyOption(PetscOptionsObject, &family));
-    PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_RUNS, &o->problem));
-    PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
-    for (PetscInt k = 0; family && !given && ProblemTable[k]; ++k)
-      if (!strcmp(family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
-    PetscCheck(
-      o->problem->cma->setup, comm, PETSC_ERR_SUP,
-      "-train_family %s: no policy of the problem %s is trained, as none won; expected ruptures or events from "
-      "rest, or -train_algorithm tolerances",
-      family->file, o->problem->name);
-    PetscCall(CMACheckFamily(o->problem, family));
-    o->family = family;
-  }
+  if (!problem) PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_RUNS, &o->problem, &o->family));
   PetscCall((*o->problem->cma->setup)(o));
   PetscCall(ParseNumbers(o, PetscOptionsObject));
   if (o->problem->cma->dial == CMA_DIAL_SPREAD) PetscCall(ParseDial(comm, o, PetscOptionsObject));

@@ -89,7 +89,7 @@ PetscErrorCode CMAPolicyRead(CMATrainer *t)
   SlipH5 h;
 
   PetscFunctionBegin;
-  PetscCheck(t->cma->dial == CMA_DIAL_SPREAD && !t->o.more && t->o.within > 0, t->loop.comm, PETSC_ERR_SUP,
+  PetscCheck(t->cma->dial == CMA_DIAL_SPREAD && !t->o.more && t->o.within > 0, t->comm, PETSC_ERR_SUP,
              "-train_calibrate is for networks with an accuracy dial and no tolerance of their own, with -train_within "
              "above 0; the problem is %s",
              t->o.problem->name);

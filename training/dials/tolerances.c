@@ -1,7 +1,6 @@
 /* See tolerances.h: options, runs, table and file. */
 #include "tolerances.h"
 #include "ladder.h"
-#include "cmaes/cmatrain.h"
 #include "common/files.h"
 #include "common/options.h"
 #include "environment/family.h"
@@ -32,17 +31,11 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, Options *o)
     OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT),
     OPTION_REAL("-train_within", "Share of the episodes that shall keep an accuracy", &o->within, 0, 1)};
   PetscMPIInt size;
-  PetscBool given;
 
   PetscFunctionBegin;
   *o = (Options){.n = 64, .within = (PetscReal)0.97, .controllers = DIAL_CONTROLLERS};
   PetscOptionsBegin(comm, NULL, "Tolerances of classical controllers by the accuracy that they keep", "train");
-  PetscCall(FamilyOption(PetscOptionsObject, &o->family));
-  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_CLASSICAL, &o->problem));
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
-  for (PetscInt k = 0; o->family && !given && ProblemTable[k]; ++k)
-    if (!strcmp(o->family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
-  PetscCall(CMACheckFamily(o->problem, o->family));
+  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_CLASSICAL, &o->problem, &o->family));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(PetscOptionsString("-train_controllers", "Types, and filters of pi and dsp, with commas between", NULL,
                                o->controllers, o->controllers, sizeof(o->controllers), NULL));

@@ -203,25 +203,6 @@ static const struct {
   {"sequence", "sequences of events under loading", {"fault_loading_rate", "fault_stressing_rate"}},
   {"fault_dial", "events from the instability", {NULL}},
 };
-enum { KINDS = PETSC_STATIC_ARRAY_LENGTH(Kinds) };
-
-static const char *Describes(const Family *family)
-{
-  PetscInt k = 0;
-
-  while (strcmp(family->problem, Kinds[k].problem)) k++;
-  return Kinds[k].describes;
-}
-
-static void SetKind(Family *family, const FamilyLine *initial)
-{
-  family->stress = initial && !strcmp(initial->choice[0], "traction") ? PETSC_TRUE : PETSC_FALSE;
-  family->problem = family->stress ? NULL : Kinds[KINDS - 1].problem;
-  for (PetscInt k = 0; k < KINDS && !family->problem; ++k)
-    for (PetscInt i = 0; Kinds[k].line[i]; ++i)
-      if (FamilyFind(family, Kinds[k].line[i])) family->problem = Kinds[k].problem;
-}
-
 /* What the file describes, and that all lines are of that */
 static PetscErrorCode CheckKind(Family *family)
 {
@@ -229,7 +210,16 @@ static PetscErrorCode CheckKind(Family *family)
   PetscBool injection;
 
   PetscFunctionBegin;
-  SetKind(family, initial);
+  family->stress = initial && !strcmp(initial->choice[0], "traction") ? PETSC_TRUE : PETSC_FALSE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Kinds) && !family->problem; ++k) {
+    PetscBool is = family->stress || Kinds[k].line[0] ? PETSC_FALSE : PETSC_TRUE;
+
+    for (PetscInt i = 0; family->stress && Kinds[k].line[i]; ++i)
+      if (FamilyFind(family, Kinds[k].line[i])) is = PETSC_TRUE;
+    if (!is) continue;
+    family->problem = Kinds[k].problem;
+    family->describes = Kinds[k].describes;
+  }
   for (PetscInt k = 1; initial && k < initial->nchoices; ++k)
     PetscCheck((strcmp(initial->choice[k], "traction") ? PETSC_FALSE : PETSC_TRUE) == family->stress, PETSC_COMM_SELF,
                PETSC_ERR_ARG_WRONG, "line %" PetscInt_FMT ": -fault_initial: expected traction alone, or none of it",
@@ -352,16 +342,5 @@ PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, Family **family)
     PetscCall(PetscNew(family));
     PetscCall(FamilyRead(PETSC_COMM_WORLD, file, *family));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char problem[])
-{
-  PetscFunctionBegin;
-  PetscCheck(!family || draws, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-             "-train_family is for faults with an accuracy dial, expected -train_problem fault_dial");
-  PetscCheck(!family || !strcmp(family->problem, problem), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-             "-train_family %s describes %s, expected -train_problem %s, or none", family->file, Describes(family),
-             family->problem);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -60,7 +60,7 @@ static PetscErrorCode SetUpTraining(CMAOptions *o)
 
 static PetscErrorCode CreateForCMA(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
 {
-  return EpisodeCreate((const Family *)o->family, seed, side, (Episode **)episode);
+  return EpisodeCreate(o->family, seed, side, (Episode **)episode);
 }
 
 const CMAProblem CMAFault = {CMA_DIAL,
@@ -77,7 +77,7 @@ const CMAProblem CMAFault = {CMA_DIAL,
 
 static PetscErrorCode CreateProducts(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
 {
-  return EpisodeCreateProducts((const Family *)o->family, seed, side, (Episode **)episode);
+  return EpisodeCreateProducts(o->family, seed, side, (Episode **)episode);
 }
 
 static const CMAProblem CMAProducts = {CMA_DIAL,

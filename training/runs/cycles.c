@@ -2,6 +2,7 @@
    src/fault/steps/cyclesteps.c are tested on them. */
 #include "runs.h"
 #include <slipcompat.h>
+#include <math.h>
 
 enum { EVENTS = 5 }; /* of an episode, after those at the start */
 #define JUDGED 10    /* the dial bounds the error of this event's time */
@@ -12,14 +13,46 @@ enum { EVENTS = 5 }; /* of an episode, after those at the start */
 #define END_AFTER 0.3    /* of the recurrence after the last event, in which none may follow */
 #define MOST_STEPS 30000 /* of a reference */
 
-/* ---- runs ---- */
+#define SHEAR 32e9      /* [Pa] */
+#define CORE_DEPTH 0.55 /* of the core, over that of the fault */
 
+static const PetscInt Meshes[][2] = {{16, 8}, {20, 10}, {12, 12}, {24, 6}, {1, 48}, {1, 32}};
+
+/* The weakening core, from a fifth of the depth to three quarters and over the middle two thirds along strike, is
+   surrounded by cells that creep, of which the fault is half; a tenth of it, at one end, begins ten times faster than
+   the rest. In SI units. */
 static PetscErrorCode Draw(RunEpisode *e, Random *random)
 {
-  PetscReal side;
+  const PetscInt *mesh = Meshes[RandomIndex(random, PETSC_STATIC_ARRAY_LENGTH(Meshes))];
+  const PetscInt nx = mesh[0], nz = mesh[1], n = nx * nz;
+  const double cell = RandomLog(random, 200, 2500), stress = RandomLog(random, 15e6, 60e6),
+               b = RandomLog(random, 0.01, 0.03), of_core = b * (0.13 + 0.4 * RandomUniform(random)),
+               rim = 1.15 + RandomUniform(random);
+  /* G d_c/(b sigma) is the length over which a rupture front weakens */
+  const double slip = RandomLog(random, 2.5, 4.5) * cell / (SHEAR * 1 / (b * stress));
+  const RunOption rows[] = {{"friction_law", 0, "rate_and_state"},
+                            {"length_x", nx == 1 ? 1e7 : (double)nx * cell, NULL},
+                            {"shear_modulus", SHEAR, NULL},
+                            {"density", 2670, NULL},
+                            {"friction_b", b, NULL},
+                            {"friction_slip", slip, NULL},
+                            {"loading_rate", 1e-9, NULL}};
+  PetscReal *a, *rate;
 
   PetscFunctionBegin;
-  PetscCall(CyclesDraw(e, random, &side));
+  PetscCall(RunNewFault(e, nx, nz, cell, stress));
+  PetscCall(RunSetOptions(e->fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows));
+  PetscCall(PetscMalloc2(n, &a, n, &rate));
+  for (PetscInt i = 0; i < n; i++) {
+    const double x = ((double)(i % nx) + 0.5) / (double)nx - 0.5, z = ((double)(i / nx) + 0.5) / (double)nz;
+    const PetscBool core = (nx == 1 || fabs(x) < 1.0 / 3) && z > 0.2 && z < 0.2 + CORE_DEPTH ? PETSC_TRUE : PETSC_FALSE;
+
+    a[i] = (PetscReal)(core ? of_core : b * rim);
+    rate[i] = core && (nx == 1 ? z > 0.6 : x < -0.2) ? 1e-8 : 1e-9;
+  }
+  PetscCall(SlipFaultSetField(e->fault, "friction_a", n, a));
+  PetscCall(SlipFaultSetField(e->fault, "initial_rate", n, rate));
+  PetscCall(PetscFree2(a, rate));
   PetscCall(SlipFaultSetUp(e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,6 @@
 #pragma once
 #include "common/table.h"
 #include "environment/cmaproblem.h"
-#include "environment/family.h"
 #include <slipstep.h>
 
 enum { RUN_EVENTS = 6 }; /* of a run that are kept */
@@ -14,7 +13,7 @@ typedef struct {
   Table course;                        /* rows of SlipCourseNode, of mean slip and rate */
   PetscReal *slip;                     /* [RunKind.slips][n] final; or what the kind says [m] */
   PetscReal *passed;                   /* [n] when its slip passed the episode's level, negative: it did not [s] */
-  PetscInt events, ended;              /* that began, and ended */
+  PetscInt events;                     /* that began */
   PetscReal begin[RUN_EVENTS];         /* of the events: the first cell becomes fast, */
   PetscReal over[RUN_EVENTS];          /* and the last one slow [s] */
   PetscInt solves, attempts, rejected; /* steps at rest take no solve */
@@ -52,7 +51,7 @@ typedef struct {
 } RunWatch;
 
 /* What a run is to do: under the policy with its dial at the setting, or under a controller of the type with the
-   tolerance setting; type adams/pi: as TSADAMS */
+   tolerance setting */
 typedef struct {
   SlipPolicy policy;
   TSAdaptType type;
@@ -81,7 +80,6 @@ struct _RunKind {
   PetscErrorCode (*compare)(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error);
   PetscInt most;        /* steps of classical controllers; 0: the episode's */
   const char *expected; /* of a family: what its faults shall do */
-  PetscBool work;       /* a run costs its work, not its solves: e->work is set */
   PetscReal lost;       /* cost of a run that did not end; 0: no policy of the kind is trained, and no run has a cost */
   PetscReal free;       /* errors up to this share of the dial cost nothing, */
   PetscReal steep;      /* larger ones this power of them, */
@@ -111,10 +109,9 @@ PETSC_INTERN PetscReal RunPassedError(const RunEpisode *e, const RunResult *r, P
 /* The functions of a problem's row */
 PETSC_INTERN PetscErrorCode RunsCreate(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);
 PETSC_INTERN PetscErrorCode RunsDestroy(void **episode);
-/* The cost: logarithm of the solves or work over the usual ones, and of what the error is beyond the dial */
+/* The cost: logarithm of the work over the usual one, and of what the error is beyond the dial */
 PETSC_INTERN PetscErrorCode RunsRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *r);
 PETSC_INTERN PetscErrorCode RunsClassical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *r);
-PETSC_INTERN PetscErrorCode RunsSay(const CMAScore *score, char text[], size_t len);
 /* What the rows of these problems have in common */
 #define RUNS                                                                                                           \
   .seed = RandomStreamHashed, .first = 1, .start_counts = PETSC_TRUE, .measure = "history", .destroy = RunsDestroy,    \
@@ -148,7 +145,7 @@ PETSC_INTERN void RunDrawField(Random *random, PetscInt nx, PetscInt nz, double 
 /* An event begins, or is over: the run ends where it has as many as are asked for */
 PETSC_INTERN PetscErrorCode RunCountEvent(const RunWatch *watch, TS ts, PetscInt *count);
 
-/* ---- injectiondraw.c ---- */
+/* ---- injection.c ---- */
 PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
 #define RUN_INJECTION_TYPE TSADAPTHEURISTIC /* of the reference */
 #define RUN_INJECTION_RTOL 1e-5
@@ -156,5 +153,3 @@ PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
 PETSC_INTERN PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random);
 /* ---- rupture.c ---- */
 #define RUN_RUPTURE_RTOL 1e-5 /* of the reference, by pi */
-/* ---- cyclesdraw.c: of rate and state, not set up ---- */
-PETSC_INTERN PetscErrorCode CyclesDraw(RunEpisode *e, Random *random, PetscReal *side); /* the longer one [m] */

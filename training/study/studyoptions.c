@@ -54,7 +54,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_STEPS, &e->problem));
+  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_STEPS, &e->problem, NULL));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-train_family", &set));
   PetscCheck(!set, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes or tolerances");
