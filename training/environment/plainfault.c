@@ -282,18 +282,6 @@ static PetscBool SolveStage(Stage *st)
   return PETSC_TRUE;
 }
 
-/* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where a cell rests. */
-static void StartForce(const PlainFault *p, double tmp[], double q[], double f[])
-{
-  PlainMultiply(p->n, p->H, p->v, f);
-  PlainMultiply(p->n, p->K, p->u, tmp);
-  SlipFrictionStrength(&p->friction, p->n, 0, 1, p->s, 1, p->v, q, NULL);
-  for (PetscInt i = 0; i < p->n; ++i) {
-    f[i] = -f[i] - tmp[i];
-    f[i] += SlipConeReaction(1, p->v[i], -f[i], q[i]);
-  }
-}
-
 PetscBool PlainFaultAttempt(PlainFault *p, double h)
 {
   const PetscInt n = p->n;
@@ -310,7 +298,13 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
   /* stage 1: trapezoidal rule to t + gamma h */
   st.theta = c.theta[0] * h;
-  StartForce(p, tmp, st.q, st.c);
+  PlainMultiply(n, p->H, p->v, st.c);
+  PlainMultiply(n, p->K, p->u, tmp);
+  SlipFrictionStrength(&p->friction, n, 0, 1, p->s, 1, p->v, st.q, NULL);
+  for (PetscInt i = 0; i < n; ++i) { /* the reaction is the balance where a cell rests */
+    st.c[i] = -st.c[i] - tmp[i];
+    st.c[i] += SlipConeReaction(1, p->v[i], -st.c[i], st.q[i]);
+  }
   SlipFrictionStateRate(&p->friction, n, 1, p->s, 1, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
     p->k0[i] = st.c[i] / p->mass;

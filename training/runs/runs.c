@@ -1,13 +1,35 @@
 /* See runs.h. */
 #include "runs.h"
 #include "common/files.h"
-#include "environment/libraryrun.h"
 #include <slipcompat.h>
 
 #define MARGINAL (PetscReal)1.25
 #define MOST_OF_USUAL 20 /* steps of a run that is worth ending */
 
 /* ---- a run ---- */
+
+PetscErrorCode RunSetController(TS ts, TSAdaptType type, PetscReal rtol)
+{
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(SlipAdaptSetController(adapt, type));
+  PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RunSolve(TS ts, Vec w, PetscBool *solved)
+{
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = TSSolve(ts, w);
+  PetscCall(PetscPopErrorHandler());
+  *solved = code ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 const SlipCourseNode *RunNodes(const RunResult *r)
 {
@@ -162,6 +184,7 @@ PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult 
 {
   RunWatch watch = {.e = e, .r = r, .events = request->events};
   PetscOptions options;
+  TSAdapt adapt;
   Vec w;
   TS ts;
 
@@ -173,7 +196,14 @@ PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult 
   PetscCall(SlipFaultCreateState(e->fault, &w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
   PetscCall(Configure(e, ts, w, &options));
-  PetscCall(RunSetController(ts, request->policy, request->setting, request->type, request->setting));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  if (request->policy) {
+    PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
+    PetscCall(TSAdaptRLSetPolicy(adapt, request->policy));
+    PetscCall(TSAdaptRLSetAccuracy(adapt, request->setting));
+    PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
+  } else
+    PetscCall(RunSetController(ts, request->type, request->setting));
   PetscCall(Integrate(request, ts, w, &watch));
   PetscCall(TSDestroy(&ts));
   PetscCall(PetscOptionsDestroy(&options));

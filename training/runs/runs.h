@@ -89,6 +89,9 @@ struct _RunKind {
 PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence, RunCycles;
 
 /* ---- runs.c ---- */
+PETSC_INTERN PetscErrorCode RunSetController(TS ts, TSAdaptType type, PetscReal rtol); /* a classical one */
+/* A controller may drive a run anywhere: an error of the library's is a run that was not solved. */
+PETSC_INTERN PetscErrorCode RunSolve(TS ts, Vec w, PetscBool *solved);
 /* Of a seed: draws are repeated until one is good */
 PETSC_INTERN PetscErrorCode RunEpisodeCreate(const RunKind *kind, const Family *family, PetscInt larger, uint64_t seed,
                                              RunEpisode **e);
