@@ -14,8 +14,8 @@ static const char help[] =
 
 #include "cmaes/cmatrain.h"
 #include "common/options.h"
-#include "dials/tolerances.h"
-#include "study/sweep.h"
+#include "dials/ladder.h"
+#include "study/trainer.h"
 #include "problems/problems.h"
 #include <slipcompat.h>
 

@@ -8,7 +8,6 @@ static const char help[] = "What a policy and classical controllers need for an 
 #include "common/options.h"
 #include "dials/ladder.h"
 #include "environment/family.h"
-#include "dials/tolerances.h"
 #include <slipcompat.h>
 #include <slipstep.h>
 

@@ -14,9 +14,12 @@ static const struct {
   {"log_energy", 0.25, 0.5},   {"log_error", 0.5, -0.5},         {"slip", 0.1, 0},
 };
 
-static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, const char *const names[])
+static PetscErrorCode SetObservations(EnvOptions *o, const char *const names[])
 {
+  PetscInt n = 0;
+
   PetscFunctionBegin;
+  while (names[n]) ++n;
   PetscCall(EnvObservationsSet(n, names, &o->nobs, o->names, o->scale, o->offset));
   for (PetscInt i = 0; i < n; ++i)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
@@ -27,30 +30,13 @@ static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, const char *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetPreset(EnvOptions *o)
-{
-  const Preset *row = ProblemPreset(o->problem, o->reward->name);
-  PetscInt n = 0;
-
-  PetscFunctionBegin;
-  o->dt_min = row->dt_min;
-  o->dt_max = row->dt_max;
-  o->log_spacing = row->log_spacing;
-  PetscCall(PetscStrncpy(o->dt_min_unit, row->dt_min_unit, sizeof(o->dt_min_unit)));
-  PetscCall(PetscStrncpy(o->dt_max_unit, row->dt_max_unit, sizeof(o->dt_max_unit)));
-  while (row->names[n]) ++n;
-  PetscCall(SetObservations(o, n, row->names));
-  o->rtol = o->problem->rtol;
-  o->atol = o->problem->atol;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
   const char *const costs[] = {"iterations", "wall", NULL};
-  char reward[64] = "published", *names[ENV_MAX_OBS];
+  char reward[64] = "published", *names[ENV_MAX_OBS + 1];
   char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS, cost = 0;
+  const Preset *preset;
   PetscBool set;
 
   PetscFunctionBegin;
@@ -64,7 +50,15 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
     "effect of the step on the errors of the whole run) or balanced (likewise, with half the cube root of alpha)",
     NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
-  PetscCall(SetPreset(e));
+  preset = ProblemPreset(e->problem, e->reward->name);
+  e->dt_min = preset->dt_min;
+  e->dt_max = preset->dt_max;
+  e->log_spacing = preset->log_spacing;
+  PetscCall(PetscStrncpy(e->dt_min_unit, preset->dt_min_unit, sizeof(e->dt_min_unit)));
+  PetscCall(PetscStrncpy(e->dt_max_unit, preset->dt_max_unit, sizeof(e->dt_max_unit)));
+  PetscCall(SetObservations(e, preset->names));
+  e->rtol = e->problem->rtol;
+  e->atol = e->problem->atol;
   PetscCall(OptionChoice(PetscOptionsObject, "-train_cost",
                          "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, not "
                          "reproducible)",
@@ -75,7 +69,8 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
                                     NULL, names, &n, &set));
   if (set) {
     PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
-    PetscCall(SetObservations(e, n, (const char *const *)names));
+    names[n] = NULL;
+    PetscCall(SetObservations(e, (const char *const *)names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
   PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-train_random"));

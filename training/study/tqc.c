@@ -2,25 +2,6 @@
 #include "tqc.h"
 #include <slipcompat.h>
 
-static PetscErrorCode TQCCreateWork(TQC *t)
-{
-  const LearnerOptions *o = &t->o;
-  const size_t H = (size_t)t->hidden, B = (size_t)o->batch;
-  Sample *const s[] = {&t->now, &t->next};
-
-  PetscFunctionBegin;
-  PetscCall(DenseWorkCreate(&t->latent, o->batch, &t->actor_work));
-  PetscCall(DenseWorkCreate(&t->critic, o->batch, &t->critic_work));
-  for (int k = 0; k < 2; ++k)
-    PetscCall(PetscCalloc7(B, &s[k]->mean_raw, B, &s[k]->mean, B, &s[k]->noise, B, &s[k]->var, B, &s[k]->std_raw, B,
-                           &s[k]->action, (size_t)o->batch, &s[k]->logp));
-  PetscCall(PetscCalloc3(H, &t->sigma, H, &t->explore, (size_t)TQCNoiseCount(t), &t->normals));
-  PetscCall(
-    PetscCalloc2((size_t)((o->obs + 1) * o->batch), &t->input, (size_t)(o->critics * o->quantiles * o->batch), &t->z));
-  PetscCall(PetscCalloc4(B, &t->dqda, B, &t->dS, B, &t->dg, B, &t->dm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscInt TQCNoiseCount(const TQC *t)
 {
   return t->o.gaussian ? 2 * t->o.batch : t->hidden;
@@ -31,6 +12,8 @@ PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner)
   TQC *t = (TQC *)learner;
   const PetscInt H = o->actor[o->actor_layers > 0 ? o->actor_layers - 1 : 0];
   const double bound = 1 / sqrt((double)H);
+  const size_t B = (size_t)o->batch;
+  Sample *const s[] = {&t->now, &t->next};
 
   PetscFunctionBegin;
   PetscCall(LearnerCheckOptions(o));
@@ -58,7 +41,16 @@ PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner)
   PetscCall(AdamCreate(t->nactor, &t->actor_adam));
   PetscCall(AdamCreate(t->ncritic, &t->critic_adam));
   PetscCall(AdamCreate(1, &t->alpha_adam));
-  PetscCall(TQCCreateWork(t));
+  /* work space */
+  PetscCall(DenseWorkCreate(&t->latent, o->batch, &t->actor_work));
+  PetscCall(DenseWorkCreate(&t->critic, o->batch, &t->critic_work));
+  for (int k = 0; k < 2; ++k)
+    PetscCall(PetscCalloc7(B, &s[k]->mean_raw, B, &s[k]->mean, B, &s[k]->noise, B, &s[k]->var, B, &s[k]->std_raw, B,
+                           &s[k]->action, B, &s[k]->logp));
+  PetscCall(PetscCalloc3((size_t)H, &t->sigma, (size_t)H, &t->explore, (size_t)TQCNoiseCount(t), &t->normals));
+  PetscCall(
+    PetscCalloc2((size_t)((o->obs + 1) * o->batch), &t->input, (size_t)(o->critics * o->quantiles * o->batch), &t->z));
+  PetscCall(PetscCalloc4(B, &t->dqda, B, &t->dS, B, &t->dg, B, &t->dm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

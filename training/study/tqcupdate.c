@@ -24,19 +24,6 @@ static void ActorForward(TQC *t, const Scalar obs[], const Scalar eps[], Sample 
     GSDESample(H, B, h, head, bias, t->sigma, t->explore, s);
 }
 
-/* lambda with the policy's entropy against its target -1; returns the loss and updates lambda. */
-static double EntropyStep(TQC *t, const Scalar logp[])
-{
-  double sum = 0, loss;
-  Scalar grad;
-
-  for (PetscInt b = 0; b < t->o.batch; ++b) sum += logp[b] - 1;
-  grad = (Scalar)(-sum / (double)t->o.batch);
-  loss = (double)t->log_alpha * (double)grad;
-  AdamStep(&t->alpha_adam, t->o.lr, &grad, &t->log_alpha);
-  return loss;
-}
-
 static double CriticStep(TQC *t, const Batch *batch, Scalar alpha)
 {
   const LearnerOptions *o = &t->o;
@@ -117,35 +104,14 @@ static void GSDEBackward(TQC *t)
   }
 }
 
-static void GaussBackward(TQC *t)
-{
-  const PetscInt H = t->hidden, B = t->o.batch, last = t->latent.layers - 1;
-  const Scalar *h = t->actor_work.out[last];
-  Scalar *dh = t->actor_work.delta[last], *g = t->actor_grad, *p = t->actor;
-
-  HeadBackward(H, B, h, p + t->head_weight, t->dm, PETSC_TRUE, g + t->head_weight, g + t->head_bias, dh);
-  HeadBackward(H, B, h, p + t->log_std, t->dS, PETSC_FALSE, g + t->log_std, g + t->log_std + (size_t)H, dh);
-}
-
-static void ActorStep(TQC *t, const Scalar obs[], Scalar alpha)
-{
-  if (t->o.gaussian) {
-    GaussGradients(t->o.batch, alpha, t->dqda, &t->now, t->dm, t->dS);
-    GaussBackward(t);
-  } else {
-    HeadGradients(t, alpha);
-    GSDEBackward(t);
-  }
-  DenseBackward(&t->latent, t->actor, t->o.batch, obs, &t->actor_work, t->actor_grad);
-  AdamStep(&t->actor_adam, t->o.lr, t->actor_grad, t->actor);
-}
-
 void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses)
 {
   const PetscInt B = t->o.batch;
   const Scalar alpha =
     ScalarExp(t->log_alpha); /* before its own update: the same in the targets and the actor's loss */
-  double mean_logp = 0;
+  const Scalar *h = t->actor_work.out[t->latent.layers - 1];
+  Scalar *dh = t->actor_work.delta[t->latent.layers - 1], *g = t->actor_grad, *p = t->actor, grad;
+  double mean_logp = 0, sum = 0;
 
   for (PetscInt i = 0; i < t->hidden && !t->o.gaussian; ++i) {
     t->sigma[i] = ScalarExp(t->actor[t->log_std + (size_t)i]);
@@ -154,11 +120,24 @@ void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses)
   ActorForward(t, batch->next_obs, eps + B * (t->o.gaussian ? 1 : 0), &t->next);
   ActorForward(t, batch->obs, eps, &t->now); /* last: its hidden layers are needed for the backward pass */
   losses->alpha = (double)alpha;
-  losses->entropy = EntropyStep(t, t->now.logp);
+  for (PetscInt b = 0; b < B; ++b) sum += t->now.logp[b] - 1; /* lambda with the entropy against its target -1 */
+  grad = (Scalar)(-sum / (double)B);
+  losses->entropy = (double)t->log_alpha * (double)grad;
+  AdamStep(&t->alpha_adam, t->o.lr, &grad, &t->log_alpha);
   losses->critic = CriticStep(t, batch, alpha);
   losses->mean_q = CriticValue(t, batch->obs, t->now.action);
   for (PetscInt b = 0; b < B; ++b) mean_logp += (double)t->now.logp[b];
   losses->actor = (double)alpha * mean_logp / (double)B - losses->mean_q;
-  ActorStep(t, batch->obs, alpha);
+  if (t->o.gaussian) {
+    GaussGradients(B, alpha, t->dqda, &t->now, t->dm, t->dS);
+    HeadBackward(t->hidden, B, h, p + t->head_weight, t->dm, PETSC_TRUE, g + t->head_weight, g + t->head_bias, dh);
+    HeadBackward(t->hidden, B, h, p + t->log_std, t->dS, PETSC_FALSE, g + t->log_std,
+                 g + t->log_std + (size_t)t->hidden, dh);
+  } else {
+    HeadGradients(t, alpha);
+    GSDEBackward(t);
+  }
+  DenseBackward(&t->latent, p, B, batch->obs, &t->actor_work, g);
+  AdamStep(&t->actor_adam, t->o.lr, g, p);
   PolyakAverage(t->ncritic, t->o.tau, t->critics, t->target);
 }
