@@ -12,8 +12,6 @@ refuses -train_cost days iterations wall -- "${train[@]}" -train_cost days
 refuses -train_steps -- "${train[@]}" -train_steps 0
 refuses "-train_drop_quantiles is 25" -- "${train[@]}" -train_drop_quantiles 25
 refuses "-train_network is 0" -- "${train[@]}" -train_network 64,0
-refuses -train_noise gsde gaussian -- "${train[@]}" -train_noise white
-refuses "-train_noise gsde needs -train_algorithm tqc" -- "${train[@]}" -train_algorithm td3 -train_noise gsde
 refuses "-train_policy_delay is 0" -- "${train[@]}" -train_policy_delay 0
 refuses "-train_hidden is 0" -- "${train[@]}" -train_hidden 0
 refuses "-train_batch is -1" -- "${train[@]}" -train_batch -1

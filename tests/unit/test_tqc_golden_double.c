@@ -1,9 +1,7 @@
 /* The golden test in double precision, with the sources of the learner compiled for it. */
 #define TRAIN_DOUBLE
 #include "study/densenetwork.c"
-#include "study/exploration.c"
 #include "study/learner.c"
 #include "study/quantile.c"
 #include "study/tqc.c"
-#include "study/tqcupdate.c"
 #include "test_tqc_golden.c"

@@ -115,18 +115,15 @@ static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Networks and their training. TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns
-   the deviation. */
-static PetscErrorCode ParseLearner(const Learner *learner, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
+/* Networks and their training */
+static PetscErrorCode ParseLearner(LearnerOptions *n, SlipOptionItems PetscOptionsObject)
 {
-  const char *const noises[] = {"gsde", "gaussian", NULL};
   PetscInt hidden = 64;
   const NumberOption first[] = {
     OPTION_COUNT("-train_hidden", "Width of the hidden layers", &hidden),
     OPTION_COUNT("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", &n->critics),
     OPTION_COUNT("-train_quantiles", "Quantiles of each critic (tqc)", &n->quantiles),
     OPTION_COUNT("-train_batch", "Transitions in a gradient step", &n->batch)};
-  PetscInt noise = learner->gsde ? 0 : 1;
 
   PetscFunctionBegin;
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(first), first));
@@ -138,13 +135,6 @@ static PetscErrorCode ParseLearner(const Learner *learner, LearnerOptions *n, Sl
   PetscCall(ParseWidths(PetscOptionsObject, "-train_critic_network",
                         "Widths of the critics' hidden layers (default 3 of -train_hidden)", hidden, &n->critic_layers,
                         n->critic));
-  PetscCall(OptionChoice(PetscOptionsObject, "-train_noise",
-                         "Exploration: gsde (state-dependent; tqc, its default) or gaussian (tqc: of a learnt "
-                         "deviation; td3: of -train_noise_sigma)",
-                         noises, &noise));
-  n->gaussian = noise ? PETSC_TRUE : PETSC_FALSE;
-  PetscCheck(n->gaussian || learner->gsde, PETSC_COMM_SELF, PETSC_ERR_SUP,
-             "-train_noise gsde needs -train_algorithm tqc; %s has gaussian", learner->name);
   PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
   const NumberOption row[] = {
     OPTION_INTEGER("-train_drop_quantiles", "Largest target quantiles dropped, per critic (tqc)", &n->drop, 0,
@@ -191,7 +181,7 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
                                  .smoothing = 0.2,
                                  .smoothing_clip = 0.5,
                                  .delay = 2};
-  PetscCall(ParseLearner(a->learner, &a->networks, PetscOptionsObject));
+  PetscCall(ParseLearner(&a->networks, PetscOptionsObject));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   a->buffer = (PetscInt64)PetscMin(buffer, (PetscReal)o->steps); /* never more than the run can fill */
   a->learning_starts = (PetscInt64)starts;

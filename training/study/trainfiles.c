@@ -11,16 +11,15 @@ PetscErrorCode TrainerStorePolicy(Trainer *t, const char file[])
   const EnvOptions *e = &t->o.env;
   const Scalar *a = t->best_actor;
   DenseShape s;
-  PetscBool clamp;
   SlipPolicy p;
 
   PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   PetscCall(SlipPolicySetObservations(p, e->nobs, (const char *const *)e->names, e->scale, e->offset));
-  t->agent.o.learner->policy(t->agent.learner, &s, &clamp);
+  t->agent.o.learner->policy(t->agent.learner, &s);
   for (PetscInt l = 0; l < s.layers; ++l) {
     const PetscInt in = s.size[l], out = s.size[l + 1];
-    const SlipActivation last = clamp ? SLIP_ACTIVATION_HARDTANH2 : SLIP_ACTIVATION_LINEAR;
+    const SlipActivation last = t->agent.o.learner->clamp ? SLIP_ACTIVATION_HARDTANH2 : SLIP_ACTIVATION_LINEAR;
     PetscReal *weight, *bias;
 
     PetscCall(PetscMalloc2(in * out, &weight, out, &bias));
