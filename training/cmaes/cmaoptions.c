@@ -5,23 +5,6 @@
 #include "environment/family.h"
 #include <slipcompat.h>
 
-static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
-{
-  char *names[CMA_MAX_OBS + 1];
-  PetscInt n = CMA_MAX_OBS;
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(
-    PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
-  names[n] = NULL;
-  PetscCall(CMAObservationsSet(o, (const char *const *)names));
-  for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Of all problems */
 static PetscErrorCode ParseNumbers(CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
@@ -83,9 +66,19 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
     OPTION_REAL("-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-12, PETSC_MAX_REAL),
     OPTION_REAL("-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, 1e-12,
                 PETSC_MAX_REAL)};
+  char *names[CMA_MAX_OBS + 1];
+  PetscInt n = CMA_MAX_OBS;
+  PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(ParseObservations(o, PetscOptionsObject));
+  PetscCall(
+    PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
+  if (set) {
+    PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
+    names[n] = NULL;
+    PetscCall(CMAObservationsSet(o, (const char *const *)names));
+    for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
+  }
   PetscCall(PetscOptionsString("-train_start",
                                "Policy file whose network the training begins with; what it does not observe counts "
                                "nothing at first",

@@ -1,5 +1,5 @@
 /* A problem as CMA-ES sees it: instances that are drawn of a seed and kept ready for many runs, what a run costs, and
-   the network that is trained. Faults, small models, users' problems, random equations and cycles have a row each. */
+   the network that is trained. Faults, small models, users' problems and random equations have a row each. */
 #pragma once
 #include "family.h"
 #include "problem.h"

@@ -307,7 +307,6 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   }
   SlipFrictionStateRate(&p->friction, n, 1, p->s, 1, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
-    p->k0[i] = st.c[i] / p->mass;
     base_u[i] = p->u[i] + st.theta * p->v[i];
     st.s0[i] = p->s[i] + st.theta * ds[i];
     st.x[i] = p->v[i];
@@ -444,7 +443,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   p->known.tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
   PetscCall(PetscCalloc7(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2, n, &p->uc));
-  PetscCall(PetscCalloc4(n, &p->k0, 3 * n, &p->w1, PLAIN_MEMORY * n, &p->start.f, PLAIN_MEMORY * n, &p->end.f));
+  PetscCall(PetscCalloc3(3 * n, &p->w1, PLAIN_MEMORY * n, &p->start.f, PLAIN_MEMORY * n, &p->end.f));
   PetscCall(Entries(K, n, p->K));
   PetscCall(Entries(H, n, p->H));
   PetscCall(VecGetArrayRead(start, &w));
@@ -469,6 +468,6 @@ PetscErrorCode PlainFaultDestroy(PlainFault *p)
   PetscFunctionBegin;
   PetscCall(PetscFree4(p->K, p->H, p->work, p->index));
   PetscCall(PetscFree7(p->v, p->u, p->s, p->v2, p->u2, p->s2, p->uc));
-  PetscCall(PetscFree4(p->k0, p->w1, p->start.f, p->end.f));
+  PetscCall(PetscFree3(p->w1, p->start.f, p->end.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

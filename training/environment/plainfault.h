@@ -25,9 +25,9 @@ typedef struct {
   /* the state, and that at the end of the attempt */
   double *v, *u, *s, *v2, *u2, *s2; /* [n] */
   double *uc;                       /* [n] displacement at the instability [m] */
-  double *k0, *w1;           /* of the last attempt: force over mass at its start [n], v, u, s of stage 1 [3 n] */
-  double slip_error, growth; /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
-  double omega;              /* the largest frequency [1/s], which bounds explicit steps; 0: there are none */
+  double *w1;                       /* of the last attempt: v, u, s of stage 1 [3 n] */
+  double slip_error, growth;        /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
+  double omega;                     /* the largest frequency [1/s], which bounds explicit steps; 0: there are none */
   PlainMemory start, end;
   double *work;
   PetscInt *index; /* [n] */

@@ -62,7 +62,6 @@ typedef struct {
   EvaluateCell *cells;
 } EvaluateMatrix;
 PETSC_INTERN PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m);
-PETSC_INTERN PetscErrorCode EvaluateMatrixDestroy(EvaluateMatrix *m);
 PETSC_INTERN PetscReal EvaluateSolveWeight(const ProblemCase *c); /* cost of one Bathe solve, a guess */
 
 /* ---- runs (evaluaterun.c) and their errors (evaluateerrors.c) ---- */

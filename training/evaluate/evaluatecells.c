@@ -117,12 +117,3 @@ PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m)
              "the matrix has no cells: -evaluate_controllers and -evaluate_errors leave nothing to run");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-PetscErrorCode EvaluateMatrixDestroy(EvaluateMatrix *m)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree(m->cases));
-  PetscCall(PetscFree(m->cells));
-  m->ncases = m->ncells = 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

@@ -139,30 +139,15 @@ PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const Problem
 
 /* ---- cells ---- */
 
-static PetscErrorCode WriteHow(SlipH5 *h, const EvaluateCell *cell)
+/* The attributes of a cell */
+static PetscErrorCode WriteNumbers(SlipH5 *h, const EvaluateCell *cell, const EvaluateResult *r)
 {
-  PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "controller", cell->controller));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "error", TSBatheErrors[cell->error]));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "reaction", TSBatheReactionTypes[cell->reaction]));
-  PetscCall(SlipH5WriteAttrReal(h, cell->path, "tolerance", cell->tolerance));
-  PetscCall(SlipH5WriteAttrInt(h, cell->path, "steps", cell->steps));
-  if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5WriteAttrReal(h, cell->path, "accuracy", cell->accuracy));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy", cell->policy->name));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_file", cell->policy->file));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_hash", cell->policy->hash));
-  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_algorithm", cell->policy->algorithm));
-  PetscCall(SlipH5WriteAttrReal(h, cell->path, "policy_alpha", cell->policy->alpha));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteResult(SlipH5 *h, const char path[], const EvaluateResult *r)
-{
+  const EvaluatePolicy *p = cell->policy;
   const struct {
     const char *name;
     PetscInt value;
-  } counts[] = {{"converged", r->converged},
+  } counts[] = {{"steps", cell->steps},
+                {"converged", r->converged},
                 {"accepted", r->accepted},
                 {"rejected", r->attempts - r->accepted},
                 {"solves", r->solves},
@@ -178,17 +163,39 @@ static PetscErrorCode WriteResult(SlipH5 *h, const char path[], const EvaluateRe
   const struct {
     const char *name;
     PetscReal value;
-  } numbers[] = {{"final", r->final},       {"final_error", r->final_error}, {"max_error", r->max_error},
-                 {"l2_error", r->l2_error}, {"rate_error", r->rate_error},   {"wall", r->wall},
-                 {"wall_min", r->wall_min}, {"wall_max", r->wall_max},       {"wall_setup", r->wall_setup},
-                 {"cpu", r->cpu},           {"cost", r->products.cost}};
+  } numbers[] = {{"tolerance", cell->tolerance},
+                 {"final", r->final},
+                 {"final_error", r->final_error},
+                 {"max_error", r->max_error},
+                 {"l2_error", r->l2_error},
+                 {"rate_error", r->rate_error},
+                 {"wall", r->wall},
+                 {"wall_min", r->wall_min},
+                 {"wall_max", r->wall_max},
+                 {"wall_setup", r->wall_setup},
+                 {"cpu", r->cpu},
+                 {"cost", r->products.cost},
+                 {"accuracy", cell->accuracy},
+                 {"policy_alpha", p ? p->alpha : 0}};
+  const struct {
+    const char *name, *value;
+  } texts[] = {{"controller", cell->controller},
+               {"error", TSBatheErrors[cell->error]},
+               {"reaction", TSBatheReactionTypes[cell->reaction]},
+               {"reason", r->reason},
+               {"policy", p ? p->name : ""},
+               {"policy_file", p ? p->file : ""},
+               {"policy_hash", p ? p->hash : ""},
+               {"policy_algorithm", p ? p->algorithm : ""}};
+  enum { OF_POLICY_NUMBERS = 2, OF_POLICY_TEXTS = 4 }; /* the last ones are of policies alone */
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(counts); i++)
-    PetscCall(SlipH5WriteAttrInt(h, path, counts[i].name, counts[i].value));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(numbers); i++)
-    PetscCall(SlipH5WriteAttrReal(h, path, numbers[i].name, numbers[i].value));
-  PetscCall(SlipH5WriteAttrString(h, path, "reason", r->reason));
+    PetscCall(SlipH5WriteAttrInt(h, cell->path, counts[i].name, counts[i].value));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(numbers) - (p ? 0 : OF_POLICY_NUMBERS); i++)
+    PetscCall(SlipH5WriteAttrReal(h, cell->path, numbers[i].name, numbers[i].value));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(texts) - (p ? 0 : OF_POLICY_TEXTS); i++)
+    PetscCall(SlipH5WriteAttrString(h, cell->path, texts[i].name, texts[i].value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,8 +212,7 @@ PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const ProblemCase
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(Begin(o, c, cell->path, &h, &lock));
-  PetscCall(WriteHow(&h, cell));
-  PetscCall(WriteResult(&h, cell->path, r));
+  PetscCall(WriteNumbers(&h, cell, r));
   /* when it was made, in an order that sorts: of cells of one policy's name but of different files, readers take the
      newest file's */
   (void)timespec_get(&now, TIME_UTC);

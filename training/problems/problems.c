@@ -3,10 +3,9 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
-const Problem *const ProblemTable[] = {
-  &ProblemFault, &ProblemDial,   &ProblemProducts, &ProblemSlidingMode, &ProblemCircuit,
-  &ProblemOde,   &ProblemCycles, &ProblemRupture,  &ProblemSequence,    &ProblemInjection,
-  NULL};
+const Problem *const ProblemTable[] = {&ProblemFault,     &ProblemDial, &ProblemProducts, &ProblemSlidingMode,
+                                       &ProblemCircuit,   &ProblemOde,  &ProblemRupture,  &ProblemSequence,
+                                       &ProblemInjection, NULL};
 
 PetscErrorCode ProblemCheckFamily(const Problem *problem, const Family *family)
 {

@@ -8,8 +8,7 @@
 
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
 PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemProducts, ProblemSlidingMode, ProblemCircuit;
-PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSequence,
-  ProblemInjection; /* wings of their own */
+PETSC_INTERN const Problem ProblemOde, ProblemRupture, ProblemSequence, ProblemInjection; /* wings of their own */
 PETSC_INTERN const CMAProblem CMAFault, CMASmall, CMAUser;
 PETSC_INTERN const Evaluation EvaluationFault, EvaluationSlidingMode, EvaluationCircuit;
 typedef enum {

@@ -93,13 +93,6 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, RunWatch 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode RunCountEvent(const RunWatch *watch, TS ts, PetscInt *count)
-{
-  PetscFunctionBegin;
-  if (++*count == watch->events) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A monitor cannot end a run: the next step begins before its word is heard. */
 static PetscErrorCode AfterStep(TS ts)
 {
@@ -142,14 +135,13 @@ static PetscErrorCode Configure(const RunEpisode *e, TS ts, Vec w, PetscOptions 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* To the end of the request, by a TS that is configured. Solves: of explicit steps products with the stiffness */
+/* To the end of the request, by a TS that is configured. */
 static PetscErrorCode Integrate(const RunRequest *request, TS ts, Vec w, RunWatch *watch)
 {
   RunResult *r = watch->r;
   TSConvergedReason reason;
   SlipProducts before, after;
   PetscInt accepted, newton, linear;
-  PetscBool bathe;
   PetscReal t;
 
   PetscFunctionBegin;
@@ -163,26 +155,18 @@ static PetscErrorCode Integrate(const RunRequest *request, TS ts, Vec w, RunWatc
   PetscCall(RunSolve(ts, w, &r->good));
   PetscCall(SlipProductsGet(&after));
   r->work = PetscMax(1, (PetscReal)1e6 * (after.cost - before.cost));
-  PetscCall(TSBatheIs(ts, &bathe));
-  if (bathe) {
-    PetscCall(TSBatheGetTotals(ts, &r->attempts, &accepted, &r->solves, &newton, &linear));
-    r->rejected = r->attempts - accepted;
-    r->attempts = r->solves;
-  } else {
-    PetscCall(TSGetStepNumber(ts, &accepted));
-    PetscCall(TSGetStepRejections(ts, &r->rejected));
-    r->attempts = accepted + r->rejected;
-    r->solves = 2 * accepted + r->rejected;
-  }
+  PetscCall(TSBatheGetTotals(ts, &r->attempts, &accepted, &r->solves, &newton, &linear));
+  r->rejected = r->attempts - accepted;
+  r->attempts = r->solves;
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetConvergedReason(ts, &reason));
-  if (!watch->e->kind->early && reason != TS_CONVERGED_USER && t < request->end * (1 - 1e-9)) r->good = PETSC_FALSE;
+  if (reason != TS_CONVERGED_USER && t < request->end * (1 - 1e-9)) r->good = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult *r)
 {
-  RunWatch watch = {.e = e, .r = r, .events = request->events};
+  RunWatch watch = {.e = e, .r = r};
   PetscOptions options;
   TSAdapt adapt;
   Vec w;
@@ -246,8 +230,8 @@ PetscErrorCode RunEpisodeRun(RunEpisode *e, SlipPolicy policy, TSAdaptType type,
                              EpisodeResult *result)
 {
   const RunKind *kind = e->kind;
-  const RunRequest request = {
-    policy, type, setting, .end = e->end, .most = policy || !kind->most ? e->most : kind->most, .events = kind->events};
+  const RunRequest request = {policy, type, setting, .end = e->end,
+                              .most = policy || !kind->most ? e->most : kind->most};
   RunResult r;
 
   PetscFunctionBegin;

@@ -44,7 +44,6 @@ typedef struct {
 typedef struct {
   RunEpisode *e;
   RunResult *r;
-  PetscInt events;         /* after which it ends; 0: never */
   PetscReal *before;       /* [2 n] slip and rate of each cell at the last step */
   PetscReal last, rate;    /* of the last step: [s], fastest cell [m/s] */
   PetscBool within, armed; /* an event lasts; all cells were slow since the last */
@@ -56,9 +55,8 @@ typedef struct {
   SlipPolicy policy;
   TSAdaptType type;
   PetscReal setting;
-  PetscReal end;   /* [s] */
-  PetscInt most;   /* accepted steps */
-  PetscInt events; /* after which it ends; 0: never */
+  PetscReal end; /* [s] */
+  PetscInt most; /* accepted steps */
 } RunRequest;
 
 struct _RunKind {
@@ -66,9 +64,7 @@ struct _RunKind {
   TSType type;       /* NULL: as the fault has it */
   PetscInt column;   /* of the state: the slip of cells, whose mean makes the course; 0: there is no course */
   PetscInt slips;    /* of each cell that a run keeps, RunResult.slip */
-  PetscInt events;   /* after which a run ends; 0: not by them */
   PetscBool bounded; /* slip between steps, a cubic, is taken to be monotonous where a level is passed */
-  PetscBool early;   /* a run is good wherever its steps end */
   /* A fault, set up, of n cells, and what else of the episode is drawn with it */
   PetscErrorCode (*draw)(RunEpisode *e, Random *random);
   /* Its end, reference and usual solves; good: it is worth learning from */
@@ -86,7 +82,7 @@ struct _RunKind {
   PetscReal worst;      /* up to so many times that; the error of a run that did not end */
 };
 
-PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence, RunCycles;
+PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence;
 
 /* ---- runs.c ---- */
 PETSC_INTERN PetscErrorCode RunSetController(TS ts, TSAdaptType type, PetscReal rtol); /* a classical one */
@@ -144,9 +140,6 @@ PETSC_INTERN PetscErrorCode RunDrawWeakening(Random *random, const RunWeakening 
 /* A field of mean 0 and variance 1 over all draws: waves of random directions, whose lengths are from one to eight of
    the correlation's [cells]; field [nx nz] */
 PETSC_INTERN void RunDrawField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[]);
-
-/* An event begins, or is over: the run ends where it has as many as are asked for */
-PETSC_INTERN PetscErrorCode RunCountEvent(const RunWatch *watch, TS ts, PetscInt *count);
 
 /* ---- injection.c ---- */
 PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
