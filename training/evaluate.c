@@ -13,26 +13,6 @@ static const char names[] =
   "accuracies controllers errors list max_attempts meshes output policies problems quick reactions "
   "reference_steps repeat_failed repetitions sizes spread steps time_limit tolerances";
 
-/* The options of the problems and of TS: set each one up, small. */
-static PetscErrorCode ShowHelp(const EvaluateOptions *o)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < o->nproblems; i++) {
-    ProblemCase c = {.problem = o->problems[i], .size = 3, .mesh = 1};
-    void *model;
-    TS ts;
-    Vec w;
-
-    PetscCall(c.problem->evaluation->create(PETSC_COMM_SELF, &c, &model));
-    PetscCall(c.problem->evaluation->start(PETSC_COMM_SELF, &c, model, &ts, &w));
-    PetscCall(TSSetFromOptions(ts));
-    PetscCall(VecDestroy(&w));
-    PetscCall(TSDestroy(&ts));
-    PetscCall(c.problem->evaluation->destroy(&model));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 int main(int argc, char **argv)
 {
   EvaluateOptions o;
@@ -46,13 +26,26 @@ int main(int argc, char **argv)
   PetscCall(EvaluateOptionsSet(&o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) {
-    PetscCall(ShowHelp(&o));
+    for (PetscInt i = 0; i < o.nproblems; i++) { /* the options of the problems and of TS: set each one up, small */
+      const ProblemCase c = {.problem = o.problems[i], .size = 3, .mesh = 1};
+      void *model;
+      TS ts;
+      Vec w;
+
+      PetscCall(c.problem->evaluation->create(PETSC_COMM_SELF, &c, &model));
+      PetscCall(c.problem->evaluation->start(PETSC_COMM_SELF, &c, model, &ts, &w));
+      PetscCall(TSSetFromOptions(ts));
+      PetscCall(VecDestroy(&w));
+      PetscCall(TSDestroy(&ts));
+      PetscCall(c.problem->evaluation->destroy(&model));
+    }
   } else {
     EvaluateMatrix m;
 
     PetscCall(EvaluateMatrixCreate(&o, &m));
     PetscCall(EvaluateWork(&o, &m));
-    PetscCall(EvaluateMatrixDestroy(&m));
+    PetscCall(PetscFree(m.cases));
+    PetscCall(PetscFree(m.cells));
     if (!o.list) PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(PetscFree(o.policies));

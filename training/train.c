@@ -14,8 +14,8 @@ static const char help[] =
 
 #include "cmaes/cmatrain.h"
 #include "common/options.h"
-#include "dials/tolerances.h"
-#include "study/sweep.h"
+#include "dials/ladder.h"
+#include "study/trainer.h"
 #include "problems/problems.h"
 #include <slipcompat.h>
 
@@ -26,7 +26,7 @@ static const char names[] =
   "discount drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
   "max_attempts mesh_side meshes minutes move "
-  "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
+  "moving_dt_max network noise_sigma observations output policy_delay polyak population "
   "problem progress quantiles random resume reward rtol seed sigma singles smoothing smoothing_clip "
   "start steps transfer validation validation_interval within";
 

@@ -42,7 +42,7 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 # What every set of a program begins with. The scaling of the stiffness and the controller are named in every set, so
-# that a new default changes nothing. Trainings on random faults (cmaes, fault_dial) name
+# that a new default changes nothing. Trainings on random faults (cmaes) name
 # theirs.
 COMMON = {
     "fault": "-fault_output run.h5 -fault_stiffness_scaling mean_slip",
@@ -232,7 +232,6 @@ train tqc: train {TRAIN_FAULT}
 train td3: train {TRAIN_FAULT} -train_algorithm td3 -train_reward accuracy
 train four, 2 ranks: 2 train {TRAIN_FAULT} -train_alpha 1,2 -train_seed 1,2
 train tqc, circuit: train {TRAIN} -train_problem circuit -train_random
-train tqc, dial: train {TRAIN} -train_problem fault_dial -train_random -train_reward dial
 train cmaes: train {CMAES}
 train cmaes, 2 ranks: 2 train {CMAES} -train_seed 1
 train cmaes, circuit: train {CMAES} -train_problem circuit -train_dial_low 1e-2

@@ -142,13 +142,11 @@ with h5py.File("whole.h5") as whole, h5py.File("first.h5") as first, h5py.File("
     assert not np.array_equal(whole["mean"], first["mean"])
 EOF
 done
-# A family of faults: a training, TQC on the same draws, and files that are refused
+# A family of faults: a training, and files that are refused
 family() { printf '%s\n' "$@" >family.opts; }
 cp "$SLIPSTEP_SOURCE/examples/family.opts" good.opts
 "${tiny[@]}" -train_family good.opts -train_output family.h5 >out.txt 2>&1 || fail "a training on a family: $(cat out.txt)"
 cmp -s family.h5 p.h5 && fail "a family that changes nothing"
-"$bin/train" -train_problem fault_dial -train_reward dial -train_random -train_family good.opts -train_steps 40 -train_learning_starts 30 \
-  -train_output tqc.h5 >out.txt 2>&1 || fail "TQC on a family: $(cat out.txt)"
 family "-fault_lenght_x 5e3:20e3"
 refuses "-train_family family.opts: line 1" -- "${refused[@]}" -train_family family.opts
 family "# comment" "-fault_length_x 5e3:" 

@@ -3,7 +3,6 @@
 #include "unit.h"
 #include "faultstart.h"
 #include "dials/ladder.h"
-#include "dials/tolerances.h"
 #include "runs/runs.h"
 #include <slipstep/private/slipfault.h>
 #include <slipstep/rooms/sliph5.h>

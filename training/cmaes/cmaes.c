@@ -5,7 +5,7 @@
 #include "common/rowblas.h"
 #include <math.h>
 
-/* Weights of equations 49 to 53, positive ones first. */
+/* Weights of equations 49 to 53, positive ones first; learning rates of equations 54 to 58 */
 static void SetWeights(CMAES *es)
 {
   const double n = (double)es->n, speed = es->diagonal ? (n + 2) / 3 : 1;
@@ -28,13 +28,6 @@ static void SetWeights(CMAES *es)
   limit = PetscMin(limit, (1 - es->c1 - es->cmu) / (n * es->cmu)); /* keeps C positive definite */
   for (PetscInt i = 0; i < es->lambda; ++i)
     es->weight[i] = i < es->mu ? es->weight[i] / sum : (minus < 0 ? -limit * es->weight[i] / minus : 0);
-}
-
-/* Learning rates of equations 54 to 58. */
-static void SetRates(CMAES *es)
-{
-  const double n = (double)es->n;
-
   es->cs = (es->mueff + 2) / (n + es->mueff + 5);
   es->damps = 1 + 2 * PetscMax(0, sqrt((es->mueff - 1) / (n + 1)) - 1) + es->cs;
   es->cc = (4 + es->mueff / n) / (n + 4 + 2 * es->mueff / n);
@@ -61,7 +54,6 @@ PetscErrorCode CMAESCreate(PetscInt n, PetscInt lambda, const double mean[], dou
   PetscCall(PetscArraycpy(es->mean, mean, n));
   for (PetscInt i = 0; i < n; ++i) es->C[i * n + i] = es->B[i * n + i] = es->D[i] = 1;
   SetWeights(es);
-  SetRates(es);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,7 +61,6 @@ void CMAESSetDiagonal(CMAES *es, PetscBool diagonal)
 {
   es->diagonal = diagonal;
   SetWeights(es);
-  SetRates(es);
 }
 
 PetscErrorCode CMAESDestroy(CMAES *es)
@@ -123,28 +114,6 @@ PetscErrorCode CMAESAsk(CMAES *es, Random *random, double x[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stable insertion sort; NaN last. */
-static void Rank(PetscInt lambda, const double f[], PetscInt order[])
-{
-  for (PetscInt i = 0; i < lambda; ++i) {
-    PetscInt k = i;
-
-    for (; k > 0 && (f[order[k - 1]] > f[i] || (isnan(f[order[k - 1]]) && !isnan(f[i]))); --k) order[k] = order[k - 1];
-    order[k] = i;
-  }
-}
-
-/* ps <- (1 - cs) ps + sqrt(cs (2 - cs) mueff) C^(-1/2) y; work [n] */
-static void AddWhitened(CMAES *es, const double y[], double work[])
-{
-  const int n = (int)es->n;
-  const double rate = sqrt(es->cs * (2 - es->cs) * es->mueff);
-
-  cblas_dgemv(CblasRowMajor, CblasNoTrans, n, n, 1, es->B, n, y, 1, 0, work, 1);
-  for (int i = 0; i < n; ++i) work[i] /= es->D[i];
-  cblas_dgemv(CblasRowMajor, CblasTrans, n, n, rate, es->B, n, work, 1, 1 - es->cs, es->ps, 1);
-}
-
 /* Equation 47: decay, rank one and rank mu. y [lambda][n], ranked. */
 static void UpdateCovariance(CMAES *es, PetscBool stalled, double y[], double work[])
 {
@@ -175,20 +144,29 @@ static void UpdateCovariance(CMAES *es, PetscBool stalled, double y[], double wo
 PetscErrorCode CMAESTell(CMAES *es, const double x[], const double f[])
 {
   const PetscInt n = es->n;
+  const double rate = sqrt(es->cs * (2 - es->cs) * es->mueff);
   double *y = es->work, *yw = es->work + n * es->lambda, *work = yw + n, norm, limit;
   PetscInt *order;
   PetscBool stalled;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(es->lambda, &order));
-  Rank(es->lambda, f, order);
+  for (PetscInt i = 0; i < es->lambda; ++i) { /* stable insertion sort, NaN last */
+    PetscInt k = i;
+
+    for (; k > 0 && (f[order[k - 1]] > f[i] || (isnan(f[order[k - 1]]) && !isnan(f[i]))); --k) order[k] = order[k - 1];
+    order[k] = i;
+  }
   for (PetscInt k = 0; k < es->lambda; ++k)
     for (PetscInt i = 0; i < n; ++i) y[k * n + i] = (x[order[k] * n + i] - es->mean[i]) / es->sigma;
   PetscCall(PetscFree(order));
   PetscCall(PetscArrayzero(yw, n));
   for (PetscInt k = 0; k < es->mu; ++k) cblas_daxpy((int)n, es->weight[k], y + k * n, 1, yw, 1);
   cblas_daxpy((int)n, es->sigma, yw, 1, es->mean, 1);
-  AddWhitened(es, yw, work); /* equation 43 */
+  /* equation 43: ps <- (1 - cs) ps + sqrt(cs (2 - cs) mueff) C^(-1/2) yw */
+  cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1, es->B, (int)n, yw, 1, 0, work, 1);
+  for (PetscInt i = 0; i < n; ++i) work[i] /= es->D[i];
+  cblas_dgemv(CblasRowMajor, CblasTrans, (int)n, (int)n, rate, es->B, (int)n, work, 1, 1 - es->cs, es->ps, 1);
   es->generation++;
   norm = cblas_dnrm2((int)n, es->ps, 1);
   limit = (1.4 + 2 / ((double)n + 1)) * es->chi * sqrt(1 - pow(1 - es->cs, 2 * (double)es->generation));
@@ -197,29 +175,5 @@ PetscErrorCode CMAESTell(CMAES *es, const double x[], const double f[])
     es->pc[i] = (1 - es->cc) * es->pc[i] + (stalled ? 0 : sqrt(es->cc * (2 - es->cc) * es->mueff) * yw[i]);
   UpdateCovariance(es, stalled, y, work);
   es->sigma *= exp(PetscMin(1, es->cs / es->damps * (norm / es->chi - 1)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CMAESGeneration(CMAES *es, MPI_Comm comm, Random *random, CMAESFn fn, void *ctx, PetscReal *best,
-                               PetscReal *median)
-{
-  PetscMPIInt rank, size;
-  double *x, *f;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PetscMalloc2(es->n * es->lambda, &x, es->lambda, &f));
-  PetscCall(CMAESAsk(es, random, x));
-  for (PetscInt k = 0; k < es->lambda; ++k) {
-    f[k] = 0;
-    if (k % size == rank) PetscCall((*fn)(x + k * es->n, ctx, &f[k]));
-  }
-  if (size > 1) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, f, (PetscMPIInt)es->lambda, MPI_DOUBLE, MPI_SUM, comm));
-  PetscCall(CMAESTell(es, x, f));
-  PetscCall(PetscSortReal(es->lambda, f));
-  if (best) *best = f[0];
-  if (median) *median = f[es->lambda / 2];
-  PetscCall(PetscFree2(x, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

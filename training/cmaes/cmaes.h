@@ -33,10 +33,3 @@ PETSC_INTERN PetscErrorCode CMAESDestroy(CMAES *es);
 PETSC_INTERN PetscErrorCode CMAESAsk(CMAES *es, Random *random, double x[]);
 /* Learn from the values f [lambda] of a population; NaN counts as the worst. Equal values keep their order. */
 PETSC_INTERN PetscErrorCode CMAESTell(CMAES *es, const double x[], const double f[]);
-
-/* The value of x [n], on any one process. */
-typedef PetscErrorCode (*CMAESFn)(const double x[], void *ctx, double *f);
-/* One generation: draw, evaluate, learn. Collective: the members are spread over the processes, all of which hold the
-   same strategy and random state before and after. The least value and the median one; NULL allowed. */
-PETSC_INTERN PetscErrorCode CMAESGeneration(CMAES *es, MPI_Comm comm, Random *random, CMAESFn fn, void *ctx,
-                                            PetscReal *best, PetscReal *median);

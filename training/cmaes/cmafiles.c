@@ -11,9 +11,9 @@ PetscErrorCode CMAStorePolicy(CMATrainer *t, PetscBool unfinished)
   SlipPolicy p;
 
   PetscFunctionBegin;
-  if (t->loop.rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &p));
-  if (t->cma->watch || t->cma->range) PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
+  if (t->cma->watch) PetscCall(SlipPolicySetRange(p, t->obs_min, t->obs_max));
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
   PetscCall(SlipPolicySetAttribute(p, "problem", ProblemPolicy(t->o.problem)));
   if (t->cma->measure) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_MEASURE, t->cma->measure));
@@ -38,7 +38,7 @@ typedef struct {
 
 static void ListArrays(CMATrainer *t, CMAArray a[ARRAYS])
 {
-  CMAES *es = &t->loop.es;
+  CMAES *es = &t->es;
   const PetscInt n = es->n;
   const CMAArray list[ARRAYS] = {{"/mean", es->mean, n}, {"/path_sigma", es->ps, n}, {"/path_covariance", es->pc, n},
                                  {"/C", es->C, n * n},   {"/B", es->B, n * n},       {"/D", es->D, n},
@@ -55,7 +55,7 @@ PetscErrorCode CMACheckpointWrite(CMATrainer *t)
   SlipH5 h;
 
   PetscFunctionBegin;
-  if (t->loop.rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscTime(&now));
   PetscCall(SlipH5Create(t->o.checkpoint, &h));
   PetscCall(SlipH5WriteAttrString(&h, "/", "format", CHECKPOINT_FORMAT));
@@ -67,16 +67,16 @@ PetscErrorCode CMACheckpointWrite(CMATrainer *t)
     dims[0] = a[i].n;
     PetscCall(SlipH5WriteReal(&h, a[i].path, 1, dims, a[i].data, NULL));
   }
-  const PetscReal x[NUMBERS] = {t->loop.es.sigma,
-                                (PetscReal)t->loop.es.generation,
-                                (PetscReal)t->loop.es.generation,
+  const PetscReal x[NUMBERS] = {t->es.sigma,
+                                (PetscReal)t->es.generation,
+                                (PetscReal)t->es.generation,
                                 (PetscReal)t->evaluations,
                                 (PetscReal)t->best_generation,
                                 t->score.cost,
                                 t->score.solves,
                                 t->score.within,
                                 t->score.error,
-                                t->loop.before + (PetscReal)(now - t->loop.begin)};
+                                t->before + (PetscReal)(now - t->begin)};
   dims[0] = NUMBERS;
   PetscCall(SlipH5WriteReal(&h, "/counters", 1, dims, x, NULL));
   PetscCall(SlipH5Close(&h));
@@ -97,21 +97,17 @@ PetscErrorCode CMACheckpointRead(CMATrainer *t)
   for (PetscInt i = 0; i < ARRAYS; ++i)
     PetscCall(CheckpointReadArray(&h, a[i].path, a[i].n, sizeof(double), a[i].data));
   PetscCall(CheckpointReadArray(&h, "/counters", NUMBERS, sizeof(double), x));
-  t->loop.es.sigma = x[0];
-  t->loop.es.generation = (PetscInt64)x[1]; /* x[2] is the same */
+  t->es.sigma = x[0];
+  t->es.generation = (PetscInt64)x[1]; /* x[2] is the same */
   t->evaluations = (PetscInt64)x[3];
   t->best_generation = (PetscInt64)x[4];
   t->score = (CMAScore){.cost = x[5], .solves = x[6], .within = x[7], .error = x[8]}; /* the others are found again */
-  t->loop.before = x[9];
+  t->before = x[9];
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- learning curve ---- */
-
-struct _CMALog {
-  SlipH5 h5;
-};
 
 enum { COLUMNS = 9 };
 static const CurveColumn Columns[COLUMNS] = {
@@ -131,14 +127,14 @@ PetscErrorCode CMALogOpen(CMATrainer *t)
   SlipH5Kind kind;
 
   PetscFunctionBegin;
-  if (t->loop.rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t->rank || !t->o.log[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&t->log));
   PetscCall(CurveKind(&kind));
-  PetscCall(SlipH5CreateKind(&kind, t->o.log, &t->log->h5));
-  PetscCall(CurveCreate(&t->log->h5, COLUMNS, Columns));
-  PetscCall(SlipH5WriteAttrInt(&t->log->h5, "/", "seed", t->o.seed));
-  PetscCall(SlipH5WriteAttrString(&t->log->h5, "/", "algorithm", "cmaes"));
-  PetscCall(SlipH5Live(&t->log->h5));
+  PetscCall(SlipH5CreateKind(&kind, t->o.log, t->log));
+  PetscCall(CurveCreate(t->log, COLUMNS, Columns));
+  PetscCall(SlipH5WriteAttrInt(t->log, "/", "seed", t->o.seed));
+  PetscCall(SlipH5WriteAttrString(t->log, "/", "algorithm", "cmaes"));
+  PetscCall(SlipH5Live(t->log));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,24 +145,15 @@ PetscErrorCode CMALogRow(CMATrainer *t, const CMAScore *score)
   PetscFunctionBegin;
   if (!t->log) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscTime(&now));
-  const PetscReal row[COLUMNS] = {(PetscReal)t->loop.es.generation,
+  const PetscReal row[COLUMNS] = {(PetscReal)t->es.generation,
                                   (PetscReal)t->evaluations,
-                                  t->loop.best,
-                                  t->loop.median,
-                                  t->loop.es.sigma,
+                                  t->least,
+                                  t->median,
+                                  t->es.sigma,
                                   score->cost,
                                   score->solves,
                                   score->within,
-                                  t->loop.before + (PetscReal)(now - t->loop.begin)};
-  PetscCall(CurveAppend(&t->log->h5, COLUMNS, Columns, row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CMALogClose(CMATrainer *t)
-{
-  PetscFunctionBegin;
-  if (!t->log) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5Close(&t->log->h5));
-  PetscCall(PetscFree(t->log));
+                                  t->before + (PetscReal)(now - t->begin)};
+  PetscCall(CurveAppend(t->log, COLUMNS, Columns, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,23 +5,6 @@
 #include "environment/family.h"
 #include <slipcompat.h>
 
-static PetscErrorCode ParseObservations(CMAOptions *o, SlipOptionItems PetscOptionsObject)
-{
-  char *names[CMA_MAX_OBS + 1];
-  PetscInt n = CMA_MAX_OBS;
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(
-    PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
-  names[n] = NULL;
-  PetscCall(CMAObservationsSet(o, (const char *const *)names));
-  for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Of all problems */
 static PetscErrorCode ParseNumbers(CMAOptions *o, SlipOptionItems PetscOptionsObject)
 {
@@ -83,9 +66,19 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
     OPTION_REAL("-train_dt_min", "Shortest step the policy can choose [T*]", &o->dt_min, 1e-12, PETSC_MAX_REAL),
     OPTION_REAL("-train_dt_max", "Longest step the policy can choose [T*; the circuit: t_max]", &o->dt_max, 1e-12,
                 PETSC_MAX_REAL)};
+  char *names[CMA_MAX_OBS + 1];
+  PetscInt n = CMA_MAX_OBS;
+  PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(ParseObservations(o, PetscOptionsObject));
+  PetscCall(
+    PetscOptionsStringArray("-train_observations", "Names of the observations, in order", NULL, names, &n, &set));
+  if (set) {
+    PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
+    names[n] = NULL;
+    PetscCall(CMAObservationsSet(o, (const char *const *)names));
+    for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
+  }
   PetscCall(PetscOptionsString("-train_start",
                                "Policy file whose network the training begins with; what it does not observe counts "
                                "nothing at first",
@@ -101,12 +94,6 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CMACheckFamily(const Problem *problem, const void *family)
-{
-  return FamilyCheck((const Family *)family, problem->cma->kinds || problem->cma->runs ? PETSC_TRUE : PETSC_FALSE,
-                     problem->name);
-}
-
 PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *o)
 {
   PetscInt moves = PETSC_STATIC_ARRAY_LENGTH(o->move);
@@ -116,23 +103,7 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
   PetscCall(PetscMemzero(o, sizeof(*o)));
   o->problem = problem;
   PetscOptionsBegin(comm, NULL, "Training a step-size policy by CMA-ES", "train");
-  if (!problem) {
-    Family *family;
-    PetscBool given;
-
-    PetscCall(FamilyOption(PetscOptionsObject, &family));
-    PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_RUNS, &o->problem));
-    PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
-    for (PetscInt k = 0; family && !given && ProblemTable[k]; ++k)
-      if (!strcmp(family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
-    PetscCheck(
-      o->problem->cma->setup, comm, PETSC_ERR_SUP,
-      "-train_family %s: no policy of the problem %s is trained, as none won; expected ruptures or events from "
-      "rest, or -train_algorithm tolerances",
-      family->file, o->problem->name);
-    PetscCall(CMACheckFamily(o->problem, family));
-    o->family = family;
-  }
+  if (!problem) PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_RUNS, &o->problem, &o->family));
   PetscCall((*o->problem->cma->setup)(o));
   PetscCall(ParseNumbers(o, PetscOptionsObject));
   if (o->problem->cma->dial == CMA_DIAL_SPREAD) PetscCall(ParseDial(comm, o, PetscOptionsObject));

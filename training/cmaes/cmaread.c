@@ -28,36 +28,16 @@ static PetscErrorCode ReadLayers(SlipH5 *h, const CMAOptions *o, PetscInt in, do
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Scales are the file's; what it says of the dial beyond the problem's own is how far that was moved. */
-static PetscErrorCode ReadScales(SlipH5 *h, CMATrainer *t)
+/* Of this problem, with these observations. The bounds of its steps and its scales become the trainer's; what the file says
+   of the dial beyond the problem's own is how far that was moved. */
+static PetscErrorCode Read(CMATrainer *t, SlipPolicy p, SlipH5 *h)
 {
   CMAOptions *o = &t->o;
   const PetscInt dial = CMAFind(o, SLIP_OBSERVES_ACCURACY);
   const PetscReal middle = 0.5 * PetscLog10Real(o->low * o->high), own[2] = {o->scale[dial], o->offset[dial]};
-  PetscReal *scale, *offset;
-  PetscInt found[1];
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5ReadRealSized(h, "/observation/scale", 1, &o->nobs, NULL, found, &scale));
-  PetscCall(SlipH5ReadRealSized(h, "/observation/offset", 1, &o->nobs, NULL, found, &offset));
-  t->shift[1] = scale[dial] / own[0] - 1;
-  t->shift[0] = (offset[dial] - own[1]) / own[0] + t->shift[1] * middle;
-  PetscCall(PetscArraycpy(o->scale, scale, o->nobs));
-  PetscCall(PetscArraycpy(o->offset, offset, o->nobs));
-  o->scale[dial] = own[0];
-  o->offset[dial] = own[1];
-  PetscCall(PetscFree(scale));
-  PetscCall(PetscFree(offset));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What the policy is: of this problem, with these observations; the bounds of its steps become the trainer's. */
-static PetscErrorCode ReadAttributes(SlipPolicy p, CMATrainer *t)
-{
-  CMAOptions *o = &t->o;
   const char *const *names, *problem;
-  PetscReal number;
-  PetscInt n;
+  PetscReal *scale, *offset, number;
+  PetscInt n, found[1];
   PetscBool same, has;
 
   PetscFunctionBegin;
@@ -80,6 +60,17 @@ static PetscErrorCode ReadAttributes(SlipPolicy p, CMATrainer *t)
   if (has) t->evaluations = (PetscInt64)number;
   PetscCall(SlipPolicyGetNumber(p, "validation_cost", &number, &has));
   if (has) t->score.cost = number;
+  PetscCall(SlipH5ReadRealSized(h, "/observation/scale", 1, &o->nobs, NULL, found, &scale));
+  PetscCall(SlipH5ReadRealSized(h, "/observation/offset", 1, &o->nobs, NULL, found, &offset));
+  t->shift[1] = scale[dial] / own[0] - 1;
+  t->shift[0] = (offset[dial] - own[1]) / own[0] + t->shift[1] * middle;
+  PetscCall(PetscArraycpy(o->scale, scale, o->nobs));
+  PetscCall(PetscArraycpy(o->offset, offset, o->nobs));
+  o->scale[dial] = own[0];
+  o->offset[dial] = own[1];
+  PetscCall(PetscFree(scale));
+  PetscCall(PetscFree(offset));
+  PetscCall(ReadLayers(h, o, o->nobs, t->best));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,18 +80,16 @@ PetscErrorCode CMAPolicyRead(CMATrainer *t)
   SlipH5 h;
 
   PetscFunctionBegin;
-  PetscCheck(t->cma->dial == CMA_DIAL_SPREAD && !t->o.more && t->o.within > 0, t->loop.comm, PETSC_ERR_SUP,
+  PetscCheck(t->cma->dial == CMA_DIAL_SPREAD && !t->o.more && t->o.within > 0, t->comm, PETSC_ERR_SUP,
              "-train_calibrate is for networks with an accuracy dial and no tolerance of their own, with -train_within "
              "above 0; the problem is %s",
              t->o.problem->name);
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   PetscCallFile("-train_calibrate", SlipPolicyLoad(p, t->o.calibrate));
-  PetscCall(ReadAttributes(p, t));
-  PetscCall(SlipPolicyDestroy(&p));
   PetscCallFile("-train_calibrate", SlipH5OpenRead(t->o.calibrate, &h));
-  PetscCallFile("-train_calibrate", ReadScales(&h, t));
-  PetscCallFile("-train_calibrate", ReadLayers(&h, &t->o, t->o.nobs, t->best));
+  PetscCallFile("-train_calibrate", Read(t, p, &h));
   PetscCall(SlipH5Close(&h));
+  PetscCall(SlipPolicyDestroy(&p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,7 +1,10 @@
-/* Training by CMA-ES, see cmatrain.h. Every rank holds the same episodes. */
+/* Training by CMA-ES, see cmatrain.h. Every rank holds the same strategy and the same episodes; one member's runs stay
+   on one rank, so that results do not depend on the number of ranks. */
 #include "cmatrain.h"
-#include <slipstep/rooms/sliph5.h>
+#include <slipstep/rooms/slipblas.h>
 #include <slipcompat.h>
+#include <petsctime.h>
+#include <math.h>
 
 #define CALIBRATIONS 72 /* validations of a calibration that moves the dial as far as it may, and of the report */
 
@@ -9,6 +12,18 @@
 enum { TRAIN_STREAM, VALID_STREAM, GENERATION_STREAM, CALIBRATION_STREAM, FRESH_STREAM = 50 };
 
 static const PetscReal unmoved[2] = {0, 0};
+
+/* Wall time, the same on every rank [s] */
+static PetscErrorCode Elapsed(const CMATrainer *t, PetscReal *seconds)
+{
+  PetscLogDouble now;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  *seconds = t->before + (PetscReal)(now - t->begin);
+  PetscCallMPI(MPI_Bcast(seconds, 1, MPIU_REAL, 0, t->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* n of each kind; of problems of one kind with a dial twice as many. Every rank draws all. */
 static PetscErrorCode SetCreate(const CMATrainer *t, PetscInt stream, PetscInt nsingle, PetscInt nmesh, CMASet *set)
@@ -38,35 +53,32 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   PetscReal before, after;
 
   PetscFunctionBegin;
+  SlipBLASSetNumThreads(1);
   PetscCall(PetscMemzero(t, sizeof(*t)));
   t->o = *o;
   t->cma = o->problem->cma;
-  t->loop = (CMALoop){.generations = o->generations,
-                      .interval = o->interval,
-                      .diagonal = o->diagonal,
-                      .minutes = o->minutes,
-                      .start_counts = t->cma->start_counts,
-                      .seed = t->cma->seed,
-                      .seeds = o->seed,
-                      .stream = t->cma->stream + GENERATION_STREAM,
-                      .first = t->cma->first};
+  t->comm = comm;
   t->score.cost = PETSC_MAX_REAL;
+  t->least = t->median = (PetscReal)NAN;
+  PetscCallMPI(MPI_Comm_rank(comm, &t->rank));
+  PetscCallMPI(MPI_Comm_size(comm, &t->size));
+  PetscCall(PetscTime(&t->begin));
   PetscCall(PetscCalloc1(n, &t->best));
   PetscCall(PetscMalloc2(most, &t->batch.episode, most, &t->batch.dial));
   if (o->first[0])
     PetscCall(CMAStartRead(o, t->best));
   else
     (*t->cma->start)(o, t->best);
-  PetscCall(CMALoopCreate(comm, n, o->population, t->best, o->sigma, &t->loop));
+  PetscCall(CMAESCreate(n, o->population, t->best, o->sigma, &t->es));
   if (o->resume[0]) PetscCall(CMACheckpointRead(t));
   if (o->calibrate[0]) {
-    t->loop.generations = 0;
+    t->o.generations = 0;
     PetscCall(CMAPolicyRead(t));
   }
-  PetscCall(CMALoopElapsed(&t->loop, &before));
+  PetscCall(Elapsed(t, &before));
   PetscCall(SetCreate(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
   PetscCall(SetCreate(t, VALID_STREAM, o->validation, t->cma->dial == CMA_DIAL_SPREAD ? o->validation : 0, &t->valid));
-  PetscCall(CMALoopElapsed(&t->loop, &after));
+  PetscCall(Elapsed(t, &after));
   t->reference = (after - before) / (PetscReal)(t->train.n + t->valid.n);
   if (o->resume[0]) /* the same unless the episodes are others now */
     PetscCall(CMAValidate(t, &t->valid, t->best, unmoved, &t->score));
@@ -77,13 +89,14 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
 PetscErrorCode CMATrainerDestroy(CMATrainer *t)
 {
   PetscFunctionBegin;
-  PetscCall(CMALogClose(t));
+  if (t->log) PetscCall(SlipH5Close(t->log));
+  PetscCall(PetscFree(t->log));
   PetscCall(SetDestroy(t, &t->train));
   PetscCall(SetDestroy(t, &t->valid));
   PetscCall(PetscFree2(t->batch.episode, t->batch.dial));
   PetscCall(PetscFree(t->best));
   PetscCall(CMAOptionsFree(&t->o));
-  PetscCall(CMALoopDestroy(&t->loop));
+  PetscCall(CMAESDestroy(&t->es));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,11 +125,10 @@ static PetscErrorCode Choose(CMATrainer *t, Random *random, PetscInt first, Pets
 
 /* The same episodes and dials for every member: only differences between members count. Dials that are spread are so
    evenly over the logarithmic range, their order against the episodes being random because the episodes' is. */
-static PetscErrorCode Draw(void *ctx, Random *random)
+static PetscErrorCode Draw(CMATrainer *t, Random *random)
 {
-  CMATrainer *t = (CMATrainer *)ctx;
   const CMAOptions *o = &t->o;
-  const PetscBool late = t->loop.es.generation >= o->generations - o->late_generations ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool late = t->es.generation >= o->generations - o->late_generations ? PETSC_TRUE : PETSC_FALSE;
   CMABatch *b = &t->batch;
 
   PetscFunctionBegin;
@@ -129,14 +141,13 @@ static PetscErrorCode Draw(void *ctx, Random *random)
 
     b->dial[i] = o->low * PetscPowReal(o->high / o->low, ((PetscReal)k + RandomUniform(random)) / (PetscReal)n);
   }
-  t->evaluations += t->loop.es.lambda * b->n;
+  t->evaluations += t->es.lambda * b->n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Either kind counts by its mean: the numbers of its runs say how well that is known, not how much it matters. */
-static PetscErrorCode Cost(const double weights[], void *ctx, double *cost)
+static PetscErrorCode Cost(CMATrainer *t, const double weights[], double *cost)
 {
-  CMATrainer *t = (CMATrainer *)ctx;
   const CMABatch *b = &t->batch;
   const PetscInt meshes = b->n - b->singles;
   const PetscReal kinds = (b->singles ? 1 : 0) + (meshes ? 1 : 0);
@@ -151,6 +162,33 @@ static PetscErrorCode Cost(const double weights[], void *ctx, double *cost)
     *cost += (double)(r.cost / (kinds * (PetscReal)(i < b->singles ? b->singles : meshes)));
   }
   PetscCall(SlipPolicyDestroy(&policy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Draw, evaluate, learn: the members are spread over the ranks. */
+static PetscErrorCode Generation(CMATrainer *t)
+{
+  const CMAOptions *o = &t->o;
+  CMAES *es = &t->es;
+  double *x, *f;
+  Random random;
+
+  PetscFunctionBegin;
+  RandomSeed(&random, (*t->cma->seed)(o->seed, t->cma->stream + GENERATION_STREAM, t->cma->first + es->generation));
+  PetscCall(Draw(t, &random));
+  CMAESSetDiagonal(es, es->generation < o->diagonal ? PETSC_TRUE : PETSC_FALSE);
+  PetscCall(PetscMalloc2(es->n * es->lambda, &x, es->lambda, &f));
+  PetscCall(CMAESAsk(es, &random, x));
+  for (PetscInt k = 0; k < es->lambda; ++k) {
+    f[k] = 0;
+    if (k % t->size == t->rank) PetscCall(Cost(t, x + k * es->n, &f[k]));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, f, (PetscMPIInt)es->lambda, MPI_DOUBLE, MPI_SUM, t->comm));
+  PetscCall(CMAESTell(es, x, f));
+  PetscCall(PetscSortReal(es->lambda, f));
+  t->least = f[0];
+  t->median = f[es->lambda / 2];
+  PetscCall(PetscFree2(x, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -169,24 +207,22 @@ static void Widen(PetscInt n, const PetscReal obs[], void *ctx)
 /* The range of the observations that the best policy meets in the runs of a set, over which the ranks divide. */
 static PetscErrorCode FindRange(CMATrainer *t, const CMASet *set)
 {
-  MPI_Comm comm = t->loop.comm;
   SlipPolicy policy;
 
   PetscFunctionBegin;
-  if (t->cma->range) (*t->cma->range)(&t->o, t->obs_min, t->obs_max);
   if (!t->cma->watch) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < t->o.nobs; ++i) {
     t->obs_min[i] = PETSC_MAX_REAL;
     t->obs_max[i] = PETSC_MIN_REAL;
   }
   PetscCall(CMAPolicy(&t->o, t->best, t->shift, &policy));
-  for (PetscInt i = t->loop.rank; i < set->n; i += t->loop.size)
+  for (PetscInt i = t->rank; i < set->n; i += t->size)
     for (PetscInt k = 0; k < CMA_DIALS; ++k)
       PetscCall((*t->cma->watch)(set->episode[i], policy,
                                  t->o.low * PetscPowReal(t->o.high / t->o.low, (PetscReal)k / (CMA_DIALS - 1)), Widen,
                                  t));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->obs_min, (PetscMPIInt)t->o.nobs, MPIU_REAL, MPIU_MIN, comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->obs_max, (PetscMPIInt)t->o.nobs, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->obs_min, (PetscMPIInt)t->o.nobs, MPIU_REAL, MPIU_MIN, t->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->obs_max, (PetscMPIInt)t->o.nobs, MPIU_REAL, MPIU_MAX, t->comm));
   PetscCall(SlipPolicyDestroy(&policy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -202,54 +238,47 @@ static PetscReal CalibrationTime(const CMATrainer *t, PetscReal begin, PetscReal
   return CALIBRATIONS * (end - begin) * n / (PetscReal)t->valid.n + 2 * n * t->reference;
 }
 
-/* [s]: of the generations that are left, in runs, of which late ones have more, and of the calibration */
-static PetscReal TimeLeft(const CMATrainer *t, PetscReal begin, PetscReal end)
-{
-  const CMAOptions *o = &t->o;
-  const PetscInt64 late = PetscMin((PetscInt64)o->late_generations, o->generations),
-                   late_left = PetscMin(late, o->generations - t->loop.es.generation),
-                   early_left = o->generations - t->loop.es.generation - late_left;
-  const PetscReal of_late = (PetscReal)(o->late_single + o->late_mesh),
-                  of_early = (PetscReal)(o->batch_single + o->batch_mesh);
-  const PetscReal runs =
-    (PetscReal)t->loop.es.lambda * (of_late * (PetscReal)late_left + of_early * (PetscReal)early_left);
-  PetscReal left = end * runs / (PetscReal)t->evaluations;
-
-  if (o->minutes > 0) left = PetscMin(left, 60 * o->minutes - end);
-  return PetscMax(left, 0) + CalibrationTime(t, begin, end);
-}
-
+/* Says how good the mean is, and about how long the rest takes: of the generations that are left, in runs, of which
+   late ones have more, and of the calibration. */
 static PetscErrorCode Say(const CMATrainer *t, const CMAScore *score, PetscReal begin, PetscReal end, PetscBool better)
 {
+  const CMAOptions *o = &t->o;
+  const PetscInt64 generations = o->generations - t->es.generation,
+                   late = PetscMin(PetscMin((PetscInt64)o->late_generations, o->generations), generations);
+  const PetscReal runs =
+    (PetscReal)t->es.lambda * ((PetscReal)(o->late_single + o->late_mesh) * (PetscReal)late +
+                               (PetscReal)(o->batch_single + o->batch_mesh) * (PetscReal)(generations - late));
+  PetscReal seconds = end * runs / (PetscReal)t->evaluations;
   char cost[32] = "", left[32] = "", text[256];
 
   PetscFunctionBegin;
-  if (t->loop.es.generation) PetscCall(PetscSNPrintf(cost, sizeof(cost), "  cost %7.4f", (double)t->loop.median));
-  if (t->evaluations)
-    PetscCall(PetscSNPrintf(left, sizeof(left), "  left up to about %.0f s", (double)TimeLeft(t, begin, end)));
+  if (o->minutes > 0) seconds = PetscMin(seconds, 60 * o->minutes - end);
+  seconds = PetscMax(seconds, 0) + CalibrationTime(t, begin, end);
+  if (t->es.generation) PetscCall(PetscSNPrintf(cost, sizeof(cost), "  cost %7.4f", (double)t->median));
+  if (t->evaluations) PetscCall(PetscSNPrintf(left, sizeof(left), "  left up to about %.0f s", (double)seconds));
   PetscCall((*t->cma->say)(score, text, sizeof(text)));
-  PetscCall(PetscPrintf(t->loop.comm, "generation %5" PetscInt64_FMT "%s  validation: %s  sigma %6.4f%s%s\n",
-                        t->loop.es.generation, cost, text, t->loop.es.sigma, left, better ? "  best so far" : ""));
+  PetscCall(PetscPrintf(t->comm, "generation %5" PetscInt64_FMT "%s  validation: %s  sigma %6.4f%s%s\n",
+                        t->es.generation, cost, text, t->es.sigma, left, better ? "  best so far" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Validate(void *ctx)
+/* The mean of now: score it, keep it, store it, say so. */
+static PetscErrorCode Validate(CMATrainer *t)
 {
-  CMATrainer *t = (CMATrainer *)ctx;
   PetscReal begin, end;
   CMAScore score;
   PetscBool better;
 
   PetscFunctionBegin;
-  PetscCall(CMALoopElapsed(&t->loop, &begin));
-  PetscCall(CMAValidate(t, &t->valid, t->loop.es.mean, unmoved, &score));
-  PetscCall(CMALoopElapsed(&t->loop, &end));
+  PetscCall(Elapsed(t, &begin));
+  PetscCall(CMAValidate(t, &t->valid, t->es.mean, unmoved, &score));
+  PetscCall(Elapsed(t, &end));
   t->calibration = CalibrationTime(t, begin, end);
   better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
   if (better) {
     t->score = score;
-    t->best_generation = t->loop.es.generation;
-    PetscCall(PetscArraycpy(t->best, t->loop.es.mean, t->loop.es.n));
+    t->best_generation = t->es.generation;
+    PetscCall(PetscArraycpy(t->best, t->es.mean, t->es.n));
     if (t->o.output[0]) { /* should training end here: not calibrated, and with the range of the validation */
       PetscCall(FindRange(t, &t->valid));
       PetscCall(CMAStorePolicy(t, PETSC_TRUE));
@@ -261,17 +290,16 @@ static PetscErrorCode Validate(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Finish(void *ctx)
+/* After the last validation: calibrate, store. */
+static PetscErrorCode Finish(CMATrainer *t)
 {
-  CMATrainer *t = (CMATrainer *)ctx;
-
   PetscFunctionBegin;
   if (t->o.moved) PetscCall(PetscArraycpy(t->shift, t->o.move, PETSC_STATIC_ARRAY_LENGTH(t->shift)));
   if (t->o.within > 0 && !t->o.moved) {
     CMASet set, fresh;
 
     if (t->calibration > 0)
-      PetscCall(PetscPrintf(t->loop.comm, "calibration, up to about %.0f s\n", (double)t->calibration));
+      PetscCall(PetscPrintf(t->comm, "calibration, up to about %.0f s\n", (double)t->calibration));
     PetscCall(SetCreate(t, FRESH_STREAM, t->o.calibration, t->o.calibration, &fresh));
     if (t->o.calibrate[0]) PetscCall(CMAReport(t, &fresh, "before"));
     PetscCall(SetCreate(t, CALIBRATION_STREAM, t->o.calibration, t->o.calibration, &set));
@@ -287,14 +315,21 @@ static PetscErrorCode Finish(void *ctx)
 
 PetscErrorCode CMATrainerRun(CMATrainer *t)
 {
-  static const CMALoopOps ops = {Draw, Cost, Validate, Finish};
   PetscReal seconds;
 
   PetscFunctionBegin;
-  PetscCall(CMALoopElapsed(&t->loop, &seconds));
-  PetscCall(PetscPrintf(t->loop.comm,
+  PetscCall(Elapsed(t, &seconds));
+  PetscCall(PetscPrintf(t->comm,
                         "%" PetscInt_FMT " weights, population %" PetscInt_FMT ", %" PetscInt_FMT " %s after %.0f s\n",
-                        t->loop.es.n, t->loop.es.lambda, t->train.n + t->valid.n, t->cma->episodes, (double)seconds));
-  PetscCall(CMALoopRun(&t->loop, &ops, t));
+                        t->es.n, t->es.lambda, t->train.n + t->valid.n, t->cma->episodes, (double)seconds));
+  if (t->cma->start_counts && !t->es.generation) PetscCall(Validate(t));
+  PetscCall(Elapsed(t, &seconds));
+  while (t->es.generation < t->o.generations && (t->o.minutes <= 0 || seconds < 60 * t->o.minutes)) {
+    PetscCall(Generation(t));
+    if (t->es.generation % t->o.interval == 0) PetscCall(Validate(t));
+    PetscCall(Elapsed(t, &seconds));
+  }
+  if (t->es.generation % t->o.interval) PetscCall(Validate(t));
+  PetscCall(Finish(t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,9 @@
 /* -train_algorithm cmaes: the weights of a small network, by CMA-ES over runs of drawn episodes of any problem that has
    a row for it (environment/cmaproblem.h). */
 #pragma once
-#include "cmaloop.h"
+#include "cmaes.h"
 #include "problems/problems.h"
+#include <slipstep/rooms/sliph5.h>
 
 /* Single cells first, where there are two kinds. */
 typedef struct {
@@ -19,18 +20,23 @@ typedef struct {
 typedef struct {
   CMAOptions o;
   const CMAProblem *cma; /* of o.problem */
-  CMALoop loop;
+  MPI_Comm comm;
+  PetscMPIInt rank, size;
+  CMAES es;
   CMASet train, valid;
   CMABatch batch;
   PetscInt64 evaluations;
-  double *best;   /* [n] mean with the best validation */
-  CMAScore score; /* of it */
+  PetscReal least, median; /* costs in the last generation; NaN before */
+  double *best;            /* [n] mean with the best validation */
+  CMAScore score;          /* of it */
   PetscInt64 best_generation;
+  PetscLogDouble begin; /* wall time at the start, */
+  PetscReal before;     /* and that spent before the training was resumed [s] */
   PetscReal reference,
     calibration; /* wall time of an episode's reference, and of the calibration if the dial moves far; 0: not known */
   PetscReal shift[2]; /* decades by which the policy sees the dial moved, in the middle of its range, and per decade */
   PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
-  struct _CMALog *log;
+  SlipH5 *log; /* NULL: none */
 } CMATrainer;
 
 /* problem: a user's; NULL: that of -train_problem */
@@ -38,9 +44,8 @@ PETSC_INTERN PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem,
 PETSC_INTERN PetscErrorCode CMAOptionsFree(CMAOptions *o);
 /* All of it, by the options */
 PETSC_INTERN PetscErrorCode CMATrain(MPI_Comm comm, const Problem *problem);
-/* -train_family of this problem; family may be NULL */
-PETSC_INTERN PetscErrorCode CMACheckFamily(const Problem *problem, const void *family);
-/* o: its names and family become the trainer's */
+/* o: its names and family become the trainer's. BLAS is set to one thread: more change the order of sums, and so bits,
+   and the ranks have the cores already. */
 PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */
 PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
@@ -52,7 +57,6 @@ PETSC_INTERN PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const 
                                         const PetscReal shift[2], CMAScore *score);
 /* Finds t->shift for t->best; t->score becomes that of the set. */
 PETSC_INTERN PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set);
-
 /* Says how many runs of fresh draws keep the dial, by thirds of its range, and with how many solves. what: begins the
    line */
 PETSC_INTERN PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[]);
@@ -66,4 +70,3 @@ PETSC_INTERN PetscErrorCode CMAPolicyRead(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMAStartRead(const CMAOptions *o, double w[]); /* -train_start */
 PETSC_INTERN PetscErrorCode CMALogOpen(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMALogRow(CMATrainer *t, const CMAScore *score);
-PETSC_INTERN PetscErrorCode CMALogClose(CMATrainer *t);

@@ -6,8 +6,8 @@
 #define SHIFT_MIN (-1.0)
 #define SHIFT_STEP 0.02
 
-/* Of a run: cost, ln solves, within, ln(error/dial), failures, attempts, solves over the usual */
-enum { COST, SOLVES, WITHIN, ERROR, FAILURES, ATTEMPTS, USUAL, ROW };
+/* Of a run: cost, ln solves, within, ln(error/dial), failures, attempts */
+enum { COST, SOLVES, WITHIN, ERROR, FAILURES, ATTEMPTS, ROW };
 
 static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, SlipPolicy policy, PetscInt k,
                                     PetscInt dials, PetscReal row[ROW])
@@ -25,7 +25,6 @@ static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, Slip
   row[ERROR] = PetscLogReal(PetscMax(r.error / dial, (PetscReal)1e-6));
   row[FAILURES] = (PetscReal)r.failures;
   row[ATTEMPTS] = (PetscReal)r.attempts;
-  row[USUAL] = r.usual > 0 ? (PetscReal)r.solves / r.usual : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,10 +40,9 @@ PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const double weight
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(ROW * runs, &row));
   PetscCall(CMAPolicy(&t->o, weights, shift, &policy));
-  for (PetscInt k = t->loop.rank; k < runs; k += t->loop.size)
-    PetscCall(ValidationRun(t, set, policy, k, dials, &row[ROW * k]));
+  for (PetscInt k = t->rank; k < runs; k += t->size) PetscCall(ValidationRun(t, set, policy, k, dials, &row[ROW * k]));
   PetscCall(SlipPolicyDestroy(&policy));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(ROW * runs), MPIU_REAL, MPIU_SUM, t->loop.comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, (PetscMPIInt)(ROW * runs), MPIU_REAL, MPIU_SUM, t->comm));
   *score = (CMAScore){0};
   for (PetscInt k = 0; k < runs; ++k) {
     const PetscInt kind = k / dials < set->nsingle ? 0 : 1;
@@ -60,7 +58,6 @@ PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const double weight
   score->within = sum[WITHIN];
   score->error = PetscExpReal(sum[ERROR]);
   score->failures = sum[FAILURES] / sum[ATTEMPTS];
-  score->over_usual = sum[USUAL];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,7 +129,7 @@ PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set)
     PetscCall(CMAValidate(t, set, t->best, t->shift, &t->score));
   }
   PetscCall(PetscPrintf(
-    t->loop.comm,
+    t->comm,
     "dial moved by %.2f decades in the middle of its range and %.2f a decade: cost %7.4f  solves %5.1f  within "
     "dial %5.1f %% (thirds of its range: single cells %.1f, %.1f, %.1f, meshes %.1f, %.1f, %.1f)  error/dial "
     "%6.3f\n",
@@ -151,16 +148,16 @@ PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[])
   PetscFunctionBegin;
   PetscCall(CMAValidate(t, set, t->best, t->shift, &score));
   PetscCall(
-    PetscPrintf(t->loop.comm, "%s, on %" PetscInt_FMT " fresh %s: dial kept by %.1f %%, solves %.1f, error/dial %.3f\n",
+    PetscPrintf(t->comm, "%s, on %" PetscInt_FMT " fresh %s: dial kept by %.1f %%, solves %.1f, error/dial %.3f\n",
                 what, set->n, t->cma->episodes, 100 * (double)score.within, (double)score.solves, (double)score.error));
   for (PetscInt k = 0; k < CMA_DIALS; ++k) {
     const PetscReal low = PetscLog10Real(t->o.low) + third * (PetscReal)k;
 
-    PetscCall(PetscPrintf(t->loop.comm, "  dial %.1e to %.1e: kept by %.1f %%", (double)PetscPowReal(10, low),
+    PetscCall(PetscPrintf(t->comm, "  dial %.1e to %.1e: kept by %.1f %%", (double)PetscPowReal(10, low),
                           (double)PetscPowReal(10, low + third), 100 * (double)score.kept[0][k]));
     if (t->cma->kinds)
-      PetscCall(PetscPrintf(t->loop.comm, " of single cells, %.1f %% of meshes", 100 * (double)score.kept[1][k]));
-    PetscCall(PetscPrintf(t->loop.comm, "\n"));
+      PetscCall(PetscPrintf(t->comm, " of single cells, %.1f %% of meshes", 100 * (double)score.kept[1][k]));
+    PetscCall(PetscPrintf(t->comm, "\n"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,5 @@
-/* See tolerances.h: options, runs, table and file. */
-#include "tolerances.h"
+/* See ladder.h: options, runs, table and file. */
 #include "ladder.h"
-#include "cmaes/cmatrain.h"
 #include "common/files.h"
 #include "common/options.h"
 #include "environment/family.h"
@@ -32,17 +30,11 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, Options *o)
     OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT),
     OPTION_REAL("-train_within", "Share of the episodes that shall keep an accuracy", &o->within, 0, 1)};
   PetscMPIInt size;
-  PetscBool given;
 
   PetscFunctionBegin;
   *o = (Options){.n = 64, .within = (PetscReal)0.97, .controllers = DIAL_CONTROLLERS};
   PetscOptionsBegin(comm, NULL, "Tolerances of classical controllers by the accuracy that they keep", "train");
-  PetscCall(FamilyOption(PetscOptionsObject, &o->family));
-  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_CLASSICAL, &o->problem));
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
-  for (PetscInt k = 0; o->family && !given && ProblemTable[k]; ++k)
-    if (!strcmp(o->family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
-  PetscCall(CMACheckFamily(o->problem, o->family));
+  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_CLASSICAL, &o->problem, &o->family));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(PetscOptionsString("-train_controllers", "Types, and filters of pi and dsp, with commas between", NULL,
                                o->controllers, o->controllers, sizeof(o->controllers), NULL));
@@ -123,30 +115,6 @@ static PetscErrorCode WriteRuns(const Ladder *l, const char kind[], SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What made the numbers */
-static PetscErrorCode WriteOrigin(const Options *o, const char kind[], SlipH5 *h)
-{
-  const time_t now = time(NULL);
-  const struct tm *utc = gmtime(&now);
-  char group[64], created[32] = "", *options, command[4096];
-
-  PetscFunctionBegin;
-  if (utc) strftime(created, sizeof(created), "%Y-%m-%dT%H:%M:%SZ", utc);
-  PetscCall(PetscSNPrintf(group, sizeof(group), "/%s", kind));
-  PetscCall(PetscOptionsGetAll(NULL, &options));
-  PetscCall(PetscSNPrintf(command, sizeof(command), "train %s", options));
-  PetscCall(PetscFree(options));
-  PetscCall(SlipH5WriteAttrString(h, group, "command", command));
-  PetscCall(SlipH5WriteAttrString(h, group, "library_version", SLIPSTEP_VERSION));
-  PetscCall(SlipH5WriteAttrString(h, group, "created", created));
-  PetscCall(SlipH5WriteAttrString(h, group, "problem", o->problem->name));
-  PetscCall(SlipH5WriteAttrString(h, group, "family", o->family ? o->family->file : "the problem's own draws"));
-  PetscCall(SlipH5WriteAttrInt(h, group, "episodes", o->n));
-  PetscCall(SlipH5WriteAttrInt(h, group, "seed", o->seed));
-  PetscCall(SlipH5WriteAttrReal(h, group, "within", o->within));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The format of training/policies/README.md */
 static PetscErrorCode Write(const Options *o, const Ladder *l, const Table *t)
 {
@@ -156,7 +124,9 @@ static PetscErrorCode Write(const Options *o, const Ladder *l, const Table *t)
     const char *name;
     const PetscReal *value;
   } table[] = {{"rtol", t->rtol}, {"kept", t->kept}, {"solves", t->solves}};
-  char path[128];
+  const time_t now = time(NULL);
+  const struct tm *utc = gmtime(&now);
+  char path[128], created[32] = "", *options, command[4096];
   SlipH5 h;
 
   PetscFunctionBegin;
@@ -171,7 +141,20 @@ static PetscErrorCode Write(const Options *o, const Ladder *l, const Table *t)
     PetscCall(PetscSNPrintf(path, sizeof(path), "/%s/%s", kind, table[i].name));
     PetscCall(SlipH5WriteReal(&h, path, 2, dims, table[i].value, NULL));
   }
-  PetscCall(WriteOrigin(o, kind, &h));
+  /* what made the numbers */
+  if (utc) strftime(created, sizeof(created), "%Y-%m-%dT%H:%M:%SZ", utc);
+  PetscCall(PetscOptionsGetAll(NULL, &options));
+  PetscCall(PetscSNPrintf(command, sizeof(command), "train %s", options));
+  PetscCall(PetscFree(options));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", kind));
+  PetscCall(SlipH5WriteAttrString(&h, path, "command", command));
+  PetscCall(SlipH5WriteAttrString(&h, path, "library_version", SLIPSTEP_VERSION));
+  PetscCall(SlipH5WriteAttrString(&h, path, "created", created));
+  PetscCall(SlipH5WriteAttrString(&h, path, "problem", o->problem->name));
+  PetscCall(SlipH5WriteAttrString(&h, path, "family", o->family ? o->family->file : "the problem's own draws"));
+  PetscCall(SlipH5WriteAttrInt(&h, path, "episodes", o->n));
+  PetscCall(SlipH5WriteAttrInt(&h, path, "seed", o->seed));
+  PetscCall(SlipH5WriteAttrReal(&h, path, "within", o->within));
   PetscCall(WriteRuns(l, kind, &h));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -50,69 +50,12 @@ PetscInt CMAFind(const CMAOptions *o, const char name[])
   return -1;
 }
 
-void CMADialRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[])
-{
-  for (PetscInt i = 0; i < o->nobs; ++i) {
-    low[i] = -1000;
-    high[i] = 1000;
-  }
-  low[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[0]);
-  high[CMAFind(o, SLIP_OBSERVES_ACCURACY)] = PetscLog10Real(dial[1]);
-}
-
-void CMARatioStart(double rtol, double power, double number[2])
-{
-  number[0] = log(rtol) / CMA_RTOL_SCALE;
-  number[1] = power / CMA_RTOL_SCALE;
-}
-
-PetscErrorCode CMADialNumberSet(const double number[2], double unit, const char factor[], const char power[],
-                                SlipPolicy policy)
-{
-  const double exponent = CMA_RTOL_SCALE * number[1];
-
-  PetscFunctionBegin;
-  PetscCall(PolicySetNumber(policy, factor, "%.6g", exp(CMA_RTOL_SCALE * number[0]) * pow(unit, -exponent)));
-  PetscCall(PolicySetNumber(policy, power, "%.6g", exponent));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CMARatioPolicy(const CMAOptions *o, const double number[2], double unit, const PetscReal dial[2],
-                              SlipPolicy policy)
-{
-  PetscReal low[CMA_MAX_OBS], high[CMA_MAX_OBS];
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicySetAction(policy, -1, 1, (PetscReal)1 / CMA_RATIO_MAX, "h", CMA_RATIO_MAX, "h", PETSC_TRUE));
-  CMADialRange(o, dial, low, high);
-  PetscCall(SlipPolicySetRange(policy, low, high));
-  PetscCall(CMADialNumberSet(number, unit, SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER, policy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Numbers that follow the dial follow it where it is moved to. */
-static PetscErrorCode ShiftNumber(const CMAOptions *o, const PetscReal shift[2], const char name[2][32],
-                                  SlipPolicy policy)
-{
-  const PetscReal middle = 0.5 * PetscLog10Real(o->low * o->high);
-  PetscReal factor, power;
-  PetscBool follows, powered;
-
-  PetscFunctionBegin;
-  if (shift[0] == 0 && shift[1] == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipPolicyGetNumber(policy, name[0], &factor, &follows));
-  PetscCall(SlipPolicyGetNumber(policy, name[1], &power, &powered));
-  if (!follows || !powered) PetscFunctionReturn(PETSC_SUCCESS);
-  factor *= PetscPowReal(10, power * (shift[0] - shift[1] * middle));
-  PetscCall(PolicySetNumber(policy, name[0], "%.6g", (double)factor));
-  PetscCall(PolicySetNumber(policy, name[1], "%.6g", (double)(power * (1 + shift[1]))));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const PetscReal shift[2], SlipPolicy *policy)
 {
   const PetscInt dial = CMAFind(o, SLIP_OBSERVES_ACCURACY);
-  static const char moved[][2][32] = {{SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER},
+  const PetscReal middle = 0.5 * PetscLog10Real(o->low * o->high);
+  static const char moved[][2][32] = {/* numbers that follow the dial follow it where it is moved to */
+                                      {SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER},
                                       {SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER}};
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS];
   const double *w = weights;
@@ -123,7 +66,7 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const Pets
   PetscCall(PetscArraycpy(offset, o->offset, o->nobs));
   if (dial >= 0 && o->problem->cma->dial == CMA_DIAL_SPREAD) { /* x + shift[0] + shift[1] (x - middle) in place of x */
     scale[dial] *= 1 + shift[1];
-    offset[dial] += o->scale[dial] * (shift[0] - shift[1] * 0.5 * PetscLog10Real(o->low * o->high));
+    offset[dial] += o->scale[dial] * (shift[0] - shift[1] * middle);
   }
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, policy));
   PetscCall(SlipPolicySetObservations(*policy, o->nobs, (const char *const *)o->names, scale, offset));
@@ -134,6 +77,16 @@ PetscErrorCode CMAPolicy(const CMAOptions *o, const double weights[], const Pets
   }
   PetscCall(SlipPolicyAddLayer(*policy, in, 1, w, w + in, SLIP_ACTIVATION_LINEAR));
   PetscCall((*o->problem->cma->policy)(o, weights, *policy));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(moved); ++i) PetscCall(ShiftNumber(o, shift, moved[i], *policy));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(moved) && (shift[0] != 0 || shift[1] != 0); ++i) {
+    PetscReal factor, power;
+    PetscBool follows, powered;
+
+    PetscCall(SlipPolicyGetNumber(*policy, moved[i][0], &factor, &follows));
+    PetscCall(SlipPolicyGetNumber(*policy, moved[i][1], &power, &powered));
+    if (!follows || !powered) continue;
+    factor *= PetscPowReal(10, power * (shift[0] - shift[1] * middle));
+    PetscCall(PolicySetNumber(*policy, moved[i][0], "%.6g", (double)factor));
+    PetscCall(PolicySetNumber(*policy, moved[i][1], "%.6g", (double)(power * (1 + shift[1]))));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

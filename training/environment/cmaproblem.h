@@ -1,6 +1,7 @@
 /* A problem as CMA-ES sees it: instances that are drawn of a seed and kept ready for many runs, what a run costs, and
-   the network that is trained. Faults, small models, users' problems, random equations and cycles have a row each. */
+   the network that is trained. Faults, small models, users' problems and random equations have a row each. */
 #pragma once
+#include "family.h"
 #include "problem.h"
 #include <slipstep/rooms/slipcore.h>
 
@@ -16,7 +17,7 @@ typedef struct _RunKind RunKind; /* runs/runs.h */
 /* The -train_ options of -train_algorithm cmaes */
 typedef struct {
   const Problem *problem;
-  void *family; /* of the faults that are drawn; NULL: the trainer's own draws */
+  Family *family; /* of the faults that are drawn; NULL: the trainer's own draws */
   PetscInt nobs;
   char *names[CMA_MAX_OBS];
   PetscReal scale[CMA_MAX_OBS], offset[CMA_MAX_OBS]; /* the network sees obs * scale + offset */
@@ -54,7 +55,6 @@ typedef struct {
   PetscReal errors[SLIP_NUM_ERRORS]; /* of a fault */
   PetscReal done;                    /* share of the duration that was reached: 1 when finished */
   PetscReal cost;                    /* what CMA-ES minimises the mean of */
-  PetscReal usual;                   /* solves of a usual controller, where that is known */
   PetscReal work;                    /* SlipProducts.cost [us], where it is counted */
 } EpisodeResult;
 
@@ -63,7 +63,6 @@ typedef struct {
   PetscReal cost, solves, within;       /* share of the runs within the dial */
   PetscReal error;                      /* geometric mean of error over dial */
   PetscReal failures;                   /* share of the attempts */
-  PetscReal over_usual;                 /* solves over the usual ones */
   PetscReal kept[CMA_KINDS][CMA_DIALS]; /* within, of either kind in each third of the dial's range, the finest first */
 } CMAScore;
 
@@ -91,8 +90,6 @@ struct _CMAProblem {
   void (*start)(const CMAOptions *o, double w[]); /* the first mean, w 0 on entry [CMACount()] */
   /* The action and attributes of a policy whose network is made. */
   PetscErrorCode (*policy)(const CMAOptions *o, const double w[], SlipPolicy policy);
-  /* The range of observations that the file says, where it is not what runs meet; NULL: that, or none without watch */
-  void (*range)(const CMAOptions *o, PetscReal low[], PetscReal high[]);
   /* side: cells along a side at most, 1: one cell */
   PetscErrorCode (*create)(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);
   PetscErrorCode (*destroy)(void **episode);
@@ -116,20 +113,6 @@ PETSC_INTERN PetscErrorCode CMARowsSet(CMAOptions *o, PetscInt n, const CMARow r
 PETSC_INTERN PetscInt CMACount(const CMAOptions *o); /* weights, and what is trained besides */
 /* Position of an observation; -1: not observed */
 PETSC_INTERN PetscInt CMAFind(const CMAOptions *o, const char name[]);
-/* ---- policies whose step is a ratio to the last one, with a tolerance that follows the dial: the last two numbers
-   that are trained ---- */
-#define CMA_RATIO_MAX 10 /* of steps, as basic's limits */
-#define CMA_RTOL_SCALE 4 /* of the two numbers: they may move so much faster than weights */
-/* A range of the dial for a file; others have none that a run could leave. */
-PETSC_INTERN void CMADialRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[]);
-/* rtol at the dial of the unit, and its power: into the two numbers, and into the attributes of a policy with the range
-   dial */
-PETSC_INTERN void CMARatioStart(double rtol, double power, double number[2]);
-/* Two numbers like these as attributes factor and power of a policy: factor a^power with the dial at a */
-PETSC_INTERN PetscErrorCode CMADialNumberSet(const double number[2], double unit, const char factor[],
-                                             const char power[], SlipPolicy policy);
-PETSC_INTERN PetscErrorCode CMARatioPolicy(const CMAOptions *o, const double number[2], double unit,
-                                           const PetscReal dial[2], SlipPolicy policy);
 /* shift: decades by which the dial is moved before the network sees it, in the middle of its range, and per decade */
 PETSC_INTERN PetscErrorCode CMAPolicy(const CMAOptions *o, const double w[], const PetscReal shift[2],
                                       SlipPolicy *policy);

@@ -58,28 +58,9 @@ static PetscReal InSeconds(PetscReal value, const char unit[], const EnvRun *run
   return value * (unit[0] == 'T' ? run->tstar : (unit[0] == 't' ? run->tmax : 1));
 }
 
-/* As SlipPolicyActionToStep(). */
-static PetscReal ActionToStep(const Environment *env, PetscReal action)
-{
-  const PetscReal x = 0.5 * (action + 1);
-
-  if (env->o.log_spacing) return env->dt_min * PetscPowReal(env->dt_max / env->dt_min, x);
-  return env->dt_min + x * (env->dt_max - env->dt_min);
-}
-
-static void Observe(Environment *env, const PetscReal obs[])
-{
-  for (PetscInt i = 0; i < env->o.nobs; ++i) {
-    env->obs_min[i] = PetscMin(env->obs_min[i], obs[i]);
-    env->obs_max[i] = PetscMax(env->obs_max[i], obs[i]);
-    env->obs[i] = obs[i] * env->o.scale[i] + env->o.offset[i];
-  }
-}
-
 static PetscErrorCode Judge(Environment *env, const SlipAttempt *last, PetscReal *value)
 {
-  RewardInput in = {
-    .attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha, .dial = env->run.dial};
+  RewardInput in = {.attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha};
 
   PetscFunctionBegin;
   in.cost = env->o.wall_cost ? last->wall : (PetscReal)last->newton;
@@ -95,35 +76,42 @@ static PetscErrorCode Judge(Environment *env, const SlipAttempt *last, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSAdaptRLActorFn: inversion of control, TSSolve() calls the learner. */
+/* TSAdaptRLActorFn: inversion of control, TSSolve() calls the learner. The step is as of SlipPolicyActionToStep(). */
 static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
                             PetscBool guarded, PetscReal *h, void *ctx)
 {
   Environment *env = (Environment *)ctx;
+  EnvResult *r = &env->result;
   EnvMoment moment = {.obs = env->obs, .first = last ? PETSC_FALSE : PETSC_TRUE, .overruled = guarded};
-  PetscReal action = 0;
+  PetscReal action = 0, x;
 
   PetscFunctionBegin;
   (void)adapt, (void)n;
-  Observe(env, obs);
+  for (PetscInt i = 0; i < env->o.nobs; ++i) {
+    env->obs_min[i] = PetscMin(env->obs_min[i], obs[i]);
+    env->obs_max[i] = PetscMax(env->obs_max[i], obs[i]);
+    env->obs[i] = obs[i] * env->o.scale[i] + env->o.offset[i];
+  }
   if (last) {
     if (env->o.reward) PetscCall(Judge(env, last, &moment.reward));
-    env->result.attempts++;
-    env->result.solves += last->solves;
-    env->result.accepted += last->accepted ? 1 : 0;
-    env->result.total += moment.reward;
+    r->attempts++;
+    r->solves += last->solves;
+    r->accepted += last->accepted ? 1 : 0;
+    r->total += moment.reward;
     moment.terminated =
       last->accepted && last->time + last->dt >= env->run.tmax * (1 - 1e-12) ? PETSC_TRUE : PETSC_FALSE;
-    moment.truncated = env->o.max_steps && env->result.attempts >= env->o.max_steps ? PETSC_TRUE : PETSC_FALSE;
+    moment.truncated = env->o.max_steps && r->attempts >= env->o.max_steps ? PETSC_TRUE : PETSC_FALSE;
   }
   if (!env->stopped) PetscCall(env->actor(&moment, &action, &env->stopped, env->ctx));
   if (moment.terminated)
-    env->result.finished = PETSC_TRUE;
+    r->finished = PETSC_TRUE;
   else if (moment.truncated || env->stopped) {
     env->stopped = PETSC_TRUE;
     PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   }
-  *h = ActionToStep(env, action);
+  x = 0.5 * (action + 1);
+  *h = env->o.log_spacing ? env->dt_min * PetscPowReal(env->dt_max / env->dt_min, x)
+                          : env->dt_min + x * (env->dt_max - env->dt_min);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -170,37 +158,30 @@ PetscErrorCode EnvInstanceDestroy(const EnvOptions *o, EnvInstance *instance)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode EpisodeSetUp(Environment *env, const EnvInstance *instance)
+PetscErrorCode EnvRunInstance(Environment *env, const EnvInstance *instance, EnvActorFn actor, void *ctx,
+                              EnvResult *result)
 {
-  const PetscBool effects = env->o.reward && env->o.reward->needs_continuation ? PETSC_TRUE : PETSC_FALSE;
+  const EnvOptions *o = &env->o;
+  const PetscBool effects = o->reward && o->reward->needs_continuation ? PETSC_TRUE : PETSC_FALSE;
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  PetscCall(env->o.problem->create(&env->o, instance, &env->run));
-  env->run.problem = env->o.problem;
-  env->dt_min = InSeconds(env->o.dt_min, env->o.dt_min_unit, &env->run);
-  env->dt_max = InSeconds(env->o.dt_max, env->o.dt_max_unit, &env->run);
+  PetscCall(o->problem->create(o, instance, &env->run));
+  env->run.problem = o->problem;
+  env->dt_min = InSeconds(o->dt_min, o->dt_min_unit, &env->run);
+  env->dt_max = InSeconds(o->dt_max, o->dt_max_unit, &env->run);
   PetscCheck(env->run.tmax > 0 && !PetscIsInfOrNanReal(env->run.tmax), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_time is %.6g, expected a number > 0 s", (double)env->run.tmax);
   PetscCheck(env->dt_min < env->dt_max, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "-train_dt_min is %.6g s and -train_dt_max %.6g s, expected a longer -train_dt_max", (double)env->dt_min,
              (double)env->dt_max);
   PetscCheck(instance->reference || !effects, PETSC_COMM_SELF, PETSC_ERR_ORDER,
-             "Reward %s needs an instance with a reference", env->o.reward->name);
-  if (instance->reference) PetscCall(env->o.problem->judge_create(&env->o, instance, &env->run, effects, &env->judge));
+             "Reward %s needs an instance with a reference", o->reward->name);
+  if (instance->reference) PetscCall(o->problem->judge_create(o, instance, &env->run, effects, &env->judge));
   PetscCall(TSGetAdapt(env->run.ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
-  if (env->o.accuracy > 0) PetscCall(TSAdaptRLSetAccuracy(adapt, env->o.accuracy));
-  PetscCall(
-    TSAdaptRLSetActor(adapt, env->o.nobs, (const char *const *)env->o.names, env->dt_min, env->dt_max, Actor, env));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode EnvRunInstance(Environment *env, const EnvInstance *instance, EnvActorFn actor, void *ctx,
-                              EnvResult *result)
-{
-  PetscFunctionBegin;
-  PetscCall(EpisodeSetUp(env, instance));
+  if (o->accuracy > 0) PetscCall(TSAdaptRLSetAccuracy(adapt, o->accuracy));
+  PetscCall(TSAdaptRLSetActor(adapt, o->nobs, (const char *const *)o->names, env->dt_min, env->dt_max, Actor, env));
   env->actor = actor;
   env->ctx = ctx;
   env->stopped = PETSC_FALSE;
@@ -208,11 +189,11 @@ PetscErrorCode EnvRunInstance(Environment *env, const EnvInstance *instance, Env
   for (PetscInt i = 0; i < ENV_MAX_ERRORS; ++i) env->result.error[i] = (PetscReal)NAN;
   PetscCall(TSSolve(env->run.ts, env->run.w));
   if (env->judge) {
-    PetscCall(env->o.problem->judge_errors(env->judge, &env->run, env->result.error));
-    PetscCall(env->o.problem->judge_destroy(&env->judge));
+    PetscCall(o->problem->judge_errors(env->judge, &env->run, env->result.error));
+    PetscCall(o->problem->judge_destroy(&env->judge));
   }
   *result = env->result;
-  PetscCall(env->o.problem->destroy(&env->run));
+  PetscCall(o->problem->destroy(&env->run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -45,18 +45,6 @@ static PetscBool Number(const char text[], char end, PetscReal *x, const char **
   return PETSC_TRUE;
 }
 
-static PetscErrorCode ParseChoices(char value[], FamilyLine *line, PetscBool *good)
-{
-  PetscFunctionBegin;
-  *good = PETSC_TRUE;
-  for (char *word = strtok(value, "|"); word && *good; word = strtok(NULL, "|")) {
-    *good = line->nchoices < FAMILY_MAX_CHOICES && strlen(word) < FAMILY_WORD ? PETSC_TRUE : PETSC_FALSE;
-    if (*good) PetscCall(PetscStrncpy(line->choice[line->nchoices++], word, FAMILY_WORD));
-  }
-  if (!line->nchoices) *good = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode FamilySetWord(SlipFault fault, const char name[], const char word[])
 {
   PetscBool value = PETSC_FALSE;
@@ -76,18 +64,10 @@ static PetscBool IsFile(const char name[])
   return strcmp(name, "fault_parameters") && strcmp(name, "fault_mesh") ? PETSC_FALSE : PETSC_TRUE;
 }
 
-static PetscBool IsField(const char name[])
-{
-  for (int f = 0; f < DRAW_FIELDS; ++f)
-    if (!strcmp(name, EpisodeFieldNames[f])) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 /* May a fault have the line's values? The fault that is asked says what it expects. */
 static PetscErrorCode CheckValues(SlipFault fault, const FamilyLine *line)
 {
   const char *name = line->name + strlen("fault_");
-
   PetscReal value;
   PetscErrorCode code;
 
@@ -111,50 +91,31 @@ static PetscErrorCode CheckValues(SlipFault fault, const FamilyLine *line)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -spread_FIELD: a field of faults */
-static PetscErrorCode CheckSpread(SlipFault fault, const FamilyLine *line)
-{
-  const PetscReal one = 1;
-
-  PetscFunctionBegin;
-  PetscCheck(!line->nchoices && line->low >= 0 && line->high <= SPREAD_LIMIT, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "expected a number or range in [0, %g]", (double)SPREAD_LIMIT);
-  PetscCall(SlipFaultSetField(fault, line->name + strlen(SPREAD), 1, &one));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CheckOwn(const FamilyLine *line)
-{
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Own); ++i)
-    if (!strcmp(line->name, Own[i].name)) {
-      PetscCheck(!line->nchoices && line->low >= Own[i].low && (!Own[i].open || line->low > Own[i].low) &&
-                   line->high <= Own[i].high,
-                 PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "%s; expected a number or range %s %g%s", Own[i].meaning,
-                 Own[i].open ? ">" : ">=", (double)Own[i].low, Own[i].high < PETSC_MAX_REAL ? " and at most 1" : "");
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-          "not known, expected -fault_NAME, -spread_FIELD, -margin, -weakening, "
-          "-correlation, -stress_share, -duration, -patch_radius, _excess, _x or _z");
-}
-
+/* Of a field of faults, an option of faults, or a name of the table */
 static PetscErrorCode CheckLine(SlipFault fault, const FamilyLine *line)
 {
-  char text[ERROR_TEXT] = "";
-  PetscErrorCode code;
+  const PetscReal one = 1;
+  size_t i = 0;
 
   PetscFunctionBegin;
-  PetscCall(PetscPushErrorHandler(ErrorCapture, text));
-  if (!strncmp(line->name, SPREAD, strlen(SPREAD)))
-    code = CheckSpread(fault, line);
-  else if (!strncmp(line->name, "fault_", strlen("fault_")))
-    code = CheckValues(fault, line);
-  else
-    code = CheckOwn(line);
-  PetscCall(PetscPopErrorHandler());
-  PetscCheck(!code, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "line %" PetscInt_FMT ": -%s: %s", line->number, line->name,
-             text);
+  if (!strncmp(line->name, SPREAD, strlen(SPREAD))) {
+    PetscCheck(!line->nchoices && line->low >= 0 && line->high <= SPREAD_LIMIT, PETSC_COMM_SELF,
+               PETSC_ERR_ARG_OUTOFRANGE, "expected a number or range in [0, %g]", (double)SPREAD_LIMIT);
+    PetscCall(SlipFaultSetField(fault, line->name + strlen(SPREAD), 1, &one));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!strncmp(line->name, "fault_", strlen("fault_"))) {
+    PetscCall(CheckValues(fault, line));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  while (i < PETSC_STATIC_ARRAY_LENGTH(Own) && strcmp(line->name, Own[i].name)) ++i;
+  PetscCheck(i < PETSC_STATIC_ARRAY_LENGTH(Own), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "not known, expected -fault_NAME, -spread_FIELD, -margin, -weakening, "
+             "-correlation, -stress_share, -duration, -patch_radius, _excess, _x or _z");
+  PetscCheck(!line->nchoices && line->low >= Own[i].low && (!Own[i].open || line->low > Own[i].low) &&
+               line->high <= Own[i].high,
+             PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "%s; expected a number or range %s %g%s", Own[i].meaning,
+             Own[i].open ? ">" : ">=", (double)Own[i].low, Own[i].high < PETSC_MAX_REAL ? " and at most 1" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -162,7 +123,9 @@ static PetscErrorCode ParseLine(char text[], PetscInt number, Family *family, Sl
 {
   FamilyLine *line = &family->line[family->n];
   char name[FAMILY_NAME] = "", value[FAMILY_WORD] = "yes", more[2] = "";
+  char reason[ERROR_TEXT] = "";
   const char *rest;
+  PetscErrorCode code;
   PetscBool good;
   int words;
 
@@ -183,12 +146,21 @@ static PetscErrorCode ParseLine(char text[], PetscInt number, Family *family, Sl
   else if (Number(value, 0, &line->low, &rest)) {
     line->high = line->low;
     good = PETSC_TRUE;
-  } else
-    PetscCall(ParseChoices(value, line, &good));
+  } else {
+    good = PETSC_TRUE;
+    for (char *word = strtok(value, "|"); word && good; word = strtok(NULL, "|")) {
+      good = line->nchoices < FAMILY_MAX_CHOICES && strlen(word) < FAMILY_WORD ? PETSC_TRUE : PETSC_FALSE;
+      if (good) PetscCall(PetscStrncpy(line->choice[line->nchoices++], word, FAMILY_WORD));
+    }
+    if (!line->nchoices) good = PETSC_FALSE;
+  }
   PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
              "line %" PetscInt_FMT ": -%s has the value %s; expected a number, low:high or at most %d words a|b|c",
              number, name, value, FAMILY_MAX_CHOICES);
-  PetscCall(CheckLine(fault, line));
+  PetscCall(PetscPushErrorHandler(ErrorCapture, reason));
+  code = CheckLine(fault, line);
+  PetscCall(PetscPopErrorHandler());
+  PetscCheck(!code, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "line %" PetscInt_FMT ": -%s: %s", number, name, reason);
   family->n++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -203,25 +175,6 @@ static const struct {
   {"sequence", "sequences of events under loading", {"fault_loading_rate", "fault_stressing_rate"}},
   {"fault_dial", "events from the instability", {NULL}},
 };
-enum { KINDS = PETSC_STATIC_ARRAY_LENGTH(Kinds) };
-
-static const char *Describes(const Family *family)
-{
-  PetscInt k = 0;
-
-  while (strcmp(family->problem, Kinds[k].problem)) k++;
-  return Kinds[k].describes;
-}
-
-static void SetKind(Family *family, const FamilyLine *initial)
-{
-  family->stress = initial && !strcmp(initial->choice[0], "traction") ? PETSC_TRUE : PETSC_FALSE;
-  family->problem = family->stress ? NULL : Kinds[KINDS - 1].problem;
-  for (PetscInt k = 0; k < KINDS && !family->problem; ++k)
-    for (PetscInt i = 0; Kinds[k].line[i]; ++i)
-      if (FamilyFind(family, Kinds[k].line[i])) family->problem = Kinds[k].problem;
-}
-
 /* What the file describes, and that all lines are of that */
 static PetscErrorCode CheckKind(Family *family)
 {
@@ -229,7 +182,16 @@ static PetscErrorCode CheckKind(Family *family)
   PetscBool injection;
 
   PetscFunctionBegin;
-  SetKind(family, initial);
+  family->stress = initial && !strcmp(initial->choice[0], "traction") ? PETSC_TRUE : PETSC_FALSE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Kinds) && !family->problem; ++k) {
+    PetscBool is = family->stress || Kinds[k].line[0] ? PETSC_FALSE : PETSC_TRUE;
+
+    for (PetscInt i = 0; family->stress && Kinds[k].line[i]; ++i)
+      if (FamilyFind(family, Kinds[k].line[i])) is = PETSC_TRUE;
+    if (!is) continue;
+    family->problem = Kinds[k].problem;
+    family->describes = Kinds[k].describes;
+  }
   for (PetscInt k = 1; initial && k < initial->nchoices; ++k)
     PetscCheck((strcmp(initial->choice[k], "traction") ? PETSC_FALSE : PETSC_TRUE) == family->stress, PETSC_COMM_SELF,
                PETSC_ERR_ARG_WRONG, "line %" PetscInt_FMT ": -fault_initial: expected traction alone, or none of it",
@@ -258,8 +220,9 @@ static PetscErrorCode CheckKind(Family *family)
         of_stress = Own[k].stress;
         of_event = Own[k].event;
       }
-    if (!strncmp(line->name, SPREAD, strlen(SPREAD)))
-      of_stress = IsField(line->name + strlen(SPREAD)) ? PETSC_FALSE : PETSC_TRUE;
+    if (!strncmp(line->name, SPREAD, strlen(SPREAD))) of_stress = PETSC_TRUE;
+    for (int f = 0; f < DRAW_FIELDS && of_stress; ++f)
+      if (!strcmp(line->name + strlen(SPREAD), EpisodeFieldNames[f])) of_stress = PETSC_FALSE;
     PetscCheck(
       !of_stress || family->stress, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
       "line %" PetscInt_FMT
@@ -352,17 +315,5 @@ PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, Family **family)
     PetscCall(PetscNew(family));
     PetscCall(FamilyRead(PETSC_COMM_WORLD, file, *family));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char problem[])
-{
-  PetscFunctionBegin;
-  PetscCheck(!family || draws, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-             "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes, or -train_problem "
-             "fault_dial");
-  PetscCheck(!family || !strcmp(family->problem, problem), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-             "-train_family %s describes %s, expected -train_problem %s, or none", family->file, Describes(family),
-             family->problem);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -22,16 +22,14 @@ typedef struct {
 
 typedef struct {
   char file[PETSC_MAX_PATH_LEN];
-  const char *problem; /* -train_problem of the runs it describes */
-  PetscBool stress;    /* its faults begin under a given stress, not at their instability */
+  const char *problem, *describes; /* -train_problem of the runs it describes, and what these are */
+  PetscBool stress;                /* its faults begin under a given stress, not at their instability */
   PetscInt n;
   FamilyLine line[FAMILY_MAX_LINES];
 } Family;
 
-/* -train_family between PetscOptionsBegin() and PetscOptionsEnd(); family: a Family, to be freed; NULL without it */
+/* -train_family between PetscOptionsBegin() and PetscOptionsEnd(); family: to be freed; NULL without it */
 PETSC_INTERN PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, Family **family);
-/* Of the problem that was chosen: does it draw faults of families, and of this one? family may be NULL */
-PETSC_INTERN PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char problem[]);
 /* On every rank. An error names the file, the line, the option and what was expected. */
 PETSC_INTERN PetscErrorCode FamilyRead(MPI_Comm comm, const char file[], Family *family);
 /* The line of a name; NULL: none */

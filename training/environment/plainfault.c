@@ -282,18 +282,6 @@ static PetscBool SolveStage(Stage *st)
   return PETSC_TRUE;
 }
 
-/* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where a cell rests. */
-static void StartForce(const PlainFault *p, double tmp[], double q[], double f[])
-{
-  PlainMultiply(p->n, p->H, p->v, f);
-  PlainMultiply(p->n, p->K, p->u, tmp);
-  SlipFrictionStrength(&p->friction, p->n, 0, 1, p->s, 1, p->v, q, NULL);
-  for (PetscInt i = 0; i < p->n; ++i) {
-    f[i] = -f[i] - tmp[i];
-    f[i] += SlipConeReaction(1, p->v[i], -f[i], q[i]);
-  }
-}
-
 PetscBool PlainFaultAttempt(PlainFault *p, double h)
 {
   const PetscInt n = p->n;
@@ -310,10 +298,15 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   for (size_t k = 0; k < arrays; ++k) *list[k] = Take(&work, n);
   /* stage 1: trapezoidal rule to t + gamma h */
   st.theta = c.theta[0] * h;
-  StartForce(p, tmp, st.q, st.c);
+  PlainMultiply(n, p->H, p->v, st.c);
+  PlainMultiply(n, p->K, p->u, tmp);
+  SlipFrictionStrength(&p->friction, n, 0, 1, p->s, 1, p->v, st.q, NULL);
+  for (PetscInt i = 0; i < n; ++i) { /* the reaction is the balance where a cell rests */
+    st.c[i] = -st.c[i] - tmp[i];
+    st.c[i] += SlipConeReaction(1, p->v[i], -st.c[i], st.q[i]);
+  }
   SlipFrictionStateRate(&p->friction, n, 1, p->s, 1, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
-    p->k0[i] = st.c[i] / p->mass;
     base_u[i] = p->u[i] + st.theta * p->v[i];
     st.s0[i] = p->s[i] + st.theta * ds[i];
     st.x[i] = p->v[i];
@@ -450,7 +443,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   p->known.tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
   PetscCall(PetscCalloc7(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2, n, &p->uc));
-  PetscCall(PetscCalloc4(n, &p->k0, 3 * n, &p->w1, PLAIN_MEMORY * n, &p->start.f, PLAIN_MEMORY * n, &p->end.f));
+  PetscCall(PetscCalloc3(3 * n, &p->w1, PLAIN_MEMORY * n, &p->start.f, PLAIN_MEMORY * n, &p->end.f));
   PetscCall(Entries(K, n, p->K));
   PetscCall(Entries(H, n, p->H));
   PetscCall(VecGetArrayRead(start, &w));
@@ -475,6 +468,6 @@ PetscErrorCode PlainFaultDestroy(PlainFault *p)
   PetscFunctionBegin;
   PetscCall(PetscFree4(p->K, p->H, p->work, p->index));
   PetscCall(PetscFree7(p->v, p->u, p->s, p->v2, p->u2, p->s2, p->uc));
-  PetscCall(PetscFree4(p->k0, p->w1, p->start.f, p->end.f));
+  PetscCall(PetscFree3(p->w1, p->start.f, p->end.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -50,10 +50,3 @@ void PlainPolicyObserve(PlainPolicy *p, const SlipFaultNumbers *fault, const Pet
     p->obs[i] = seen->value;
   }
 }
-
-PetscErrorCode PlainPolicyChoose(PlainPolicy *p, PetscReal *h)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipPolicyChoose(p->policy, p->obs, p->run.tstar, p->run.max_time, h, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

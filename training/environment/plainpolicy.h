@@ -21,4 +21,3 @@ PETSC_INTERN PetscErrorCode PlainPolicyRun(PlainPolicy *p, PetscReal accuracy, P
 /* obs after an attempt: fault's numbers, or the model's state w; changed: no: the state is that of the last time */
 PETSC_INTERN void PlainPolicyObserve(PlainPolicy *p, const SlipFaultNumbers *fault, const PetscReal w[],
                                      PetscBool changed);
-PETSC_INTERN PetscErrorCode PlainPolicyChoose(PlainPolicy *p, PetscReal *h); /* by obs [s] */

@@ -77,7 +77,7 @@ static PetscErrorCode Choose(const PlainSmall *p, PlainPolicy *policy, const Pet
   PetscFunctionBegin;
   PlainPolicyObserve(policy, NULL, w, PETSC_TRUE);
   if (fn) fn(policy->n, policy->obs, ctx);
-  PetscCall(PlainPolicyChoose(policy, h));
+  PetscCall(SlipPolicyChoose(policy->policy, policy->obs, p->tstar, p->tmax, h, NULL));
   *h = PetscClipInterval(*h, p->dt_low, p->dt_high);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

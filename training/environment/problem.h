@@ -28,18 +28,16 @@ typedef struct {
   PetscReal rtol, atol;   /* relative; absolute in the problem's units; 0: the problem's own */
   PetscReal continuation; /* step of exact continuations [T*] */
   PetscReal accuracy;     /* position of the accuracy dial, 0: the controller's default */
-  void *family;           /* -train_family, of problems that draw faults by it; NULL: their own draws */
   PetscInt max_steps;     /* attempts after which an episode is cut off, 0: never */
 } EnvOptions;
 
 /* One simulated instance. */
 typedef struct {
   const Problem *problem;
-  void *model; /* the problem's own: SlipFault, SlipModel, Episode * */
+  void *model; /* the problem's own: SlipFault, SlipModel */
   TS ts;
   Vec w;
   PetscReal tstar, tmax; /* [s] */
-  PetscReal dial;        /* accuracy that is wanted of it, 0: the problem has none */
 } EnvRun;
 
 /* What is known of an instance's exact solution; computed once, used by any number of runs. And what follows one run.
@@ -102,7 +100,6 @@ typedef struct {
 struct _Problem {
   const char *name, *meaning;
   const char *policy_problem; /* what its policies are for; NULL: name */
-  PetscBool has_dial;         /* its draws have a position of the accuracy dial */
   const DrawRow *draw;
   PetscInt ndraw;
   PetscBool (*drawable)(const PetscReal drawn[]);      /* NULL: all draws are good */
@@ -139,15 +136,12 @@ struct _Problem {
     .dt_max_unit = (high_unit), .log_spacing = (logarithmic)                                                           \
   }
 
-/* The functions of a problem's row, which all but the first go by the same names in every file. */
-#define PROBLEM_FUNCTIONS(create_)                                                                                     \
-  .create = create_, .destroy = Destroy, .reference_create = ReferenceCreate, .reference_destroy = ReferenceDestroy,   \
+/* The functions of a problem's row, which go by the same names in every file. */
+#define PROBLEM_FUNCTIONS                                                                                              \
+  .create = Create, .destroy = Destroy, .reference_create = ReferenceCreate, .reference_destroy = ReferenceDestroy,    \
   .judge_create = JudgeCreate, .judge_step = JudgeStep, .judge_errors = JudgeErrors, .judge_destroy = JudgeDestroy
 
 /* .ndraw and .nerrors follow from the rows. */
 #define PROBLEM_DRAWS(rows) .draw = rows, .ndraw = PETSC_STATIC_ARRAY_LENGTH(rows)
 #define PROBLEM_ERRORS(...)                                                                                            \
   .nerrors = sizeof((const char *[]){__VA_ARGS__}) / sizeof(const char *), .errors = {__VA_ARGS__}
-
-/* The tolerances of the fault's problems. */
-#define PROBLEM_FAULT_TOLERANCES .rtol = 1e-3, .atol = 1e-6, .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate"

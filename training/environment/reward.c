@@ -40,32 +40,16 @@ static PetscReal Balanced(const RewardInput *in)
   return Priced(in, (PetscReal)BALANCE * PetscPowReal(in->alpha, 1. / 3));
 }
 
-/* Solves at which the dial's price of an attempt is the slope of ln(solves), the cost of -train_algorithm cmaes: about
-   what its policies take on single cells and small meshes, 6, 13 and 30 at 1e-1, 1e-2 and 1e-3. The logarithm itself
-   would not do: the more attempts, the cheaper the next, and a learner that does not see their number finds out that
-   standing still costs little. */
-#define USUAL_SOLVES 2.5
-#define USUAL_POWER (-0.36)
-
-static PetscReal Dial(const RewardInput *in)
-{
-  return -1 / (USUAL_SOLVES * PetscPowReal(in->dial, USUAL_POWER)) - in->effect;
-}
-
 static const Reward RewardTable[] = {
   {"published", "length of the step, times cheapness, times exp(-alpha E_r); minus the length when it fails",
-   PETSC_FALSE, PETSC_FALSE, Published},
+   PETSC_FALSE, Published},
   {"accuracy",
    "-0.25 an attempt (-0.5 a failed one) and alpha times the error that a step leaves; for the fault and alpha 1, -0.5 "
    "for each 1 % by which the step changes the final slip, 10 % by which it changes the peak rate and 5 % by which it "
    "shifts the event in time; for small systems -0.5 for each 1 % by which it leaves the exact solution",
-   PETSC_TRUE, PETSC_FALSE, Accuracy},
-  {"balanced", "as accuracy, with 0.5 times the cube root of alpha as the weight", PETSC_TRUE, PETSC_FALSE, Balanced},
-  {"dial",
-   "for -train_problem fault_dial: an attempt costs the slope of ln(solves) at a usual number of solves, a step also "
-   "what it adds to the penalties for errors over the dial that -train_algorithm cmaes knows",
-   PETSC_TRUE, PETSC_TRUE, Dial},
-  {NULL, NULL, PETSC_FALSE, PETSC_FALSE, NULL}};
+   PETSC_TRUE, Accuracy},
+  {"balanced", "as accuracy, with 0.5 times the cube root of alpha as the weight", PETSC_TRUE, Balanced},
+  {NULL, NULL, PETSC_FALSE, NULL}};
 
 PetscErrorCode RewardFind(const char name[], const Reward **row)
 {

@@ -8,14 +8,12 @@ typedef struct {
   PetscReal dt_min, dt_max;           /* bounds of the action [s] */
   PetscReal cost, cost_min, cost_max; /* of the attempt; running extrema over successful ones, this one included */
   PetscReal alpha;                    /* weight of the error, -train_alpha */
-  PetscReal dial;                     /* accuracy that is wanted, of problems that draw one */
   PetscReal effect; /* weighted errors that the step leaves in the exact continuation, see Problem.judge_step */
 } RewardInput;
 
 typedef struct {
   const char *name, *meaning;
   PetscBool needs_continuation; /* effect */
-  PetscBool needs_dial;         /* a problem with one */
   PetscReal (*value)(const RewardInput *in);
 } Reward;
 

@@ -9,42 +9,27 @@ static PetscReal Square(PetscInt n, const PetscReal w[])
   return sum;
 }
 
-static void Exact(const EnvReference ref, PetscReal t, PetscReal w[])
-{
-  const PetscInt n = ref->states, k = PetscMin((PetscInt)(t / ref->dt), ref->n - 2);
-  const PetscReal s = t / ref->dt - (PetscReal)k;
-
-  for (PetscInt i = 0; i < n; ++i) w[i] = (1 - s) * ref->state[n * k + i] + s * ref->state[n * (k + 1) + i];
-}
-
 void SmallErrorsStart(EnvReference reference, const PetscReal w[], SmallErrors *e)
 {
   *e = (SmallErrors){.reference = reference, .size2 = Square(reference->states, w)};
   for (PetscInt i = 0; i < reference->states; ++i) e->last[i] = w[i];
 }
 
-/* What a long step jumps over */
-static void Between(SmallErrors *e, PetscReal t, const PetscReal to[])
-{
-  const EnvReference ref = e->reference;
-  const PetscInt n = ref->states;
-
-  for (; e->next < ref->n && (PetscReal)e->next * ref->dt <= t; ++e->next) {
-    const PetscReal s = ((PetscReal)e->next * ref->dt - e->seen) / (t - e->seen), *exact = &ref->state[n * e->next];
-
-    for (PetscInt i = 0; i < n; ++i) e->between += PetscSqr((1 - s) * e->last[i] + s * to[i] - exact[i]);
-    e->between_size += Square(n, exact);
-  }
-}
-
 void SmallErrorsStep(SmallErrors *e, PetscReal t, const PetscReal w[])
 {
-  const PetscInt n = e->reference->states;
+  const EnvReference ref = e->reference;
+  const PetscInt n = ref->states, k = PetscMin((PetscInt)(t / ref->dt), ref->n - 2);
+  const PetscReal at = t / ref->dt - (PetscReal)k;
   PetscReal exact[SMALL_MAX_STATES], error[SMALL_MAX_STATES], error2, size2;
 
-  Exact(e->reference, t, exact);
-  Between(e, t, w);
+  for (; e->next < ref->n && (PetscReal)e->next * ref->dt <= t; ++e->next) { /* what a long step jumps over */
+    const PetscReal s = ((PetscReal)e->next * ref->dt - e->seen) / (t - e->seen), *known = &ref->state[n * e->next];
+
+    for (PetscInt i = 0; i < n; ++i) e->between += PetscSqr((1 - s) * e->last[i] + s * w[i] - known[i]);
+    e->between_size += Square(n, known);
+  }
   for (PetscInt i = 0; i < n; ++i) {
+    exact[i] = (1 - at) * ref->state[n * k + i] + at * ref->state[n * (k + 1) + i];
     error[i] = w[i] - exact[i];
     e->last[i] = w[i];
   }

@@ -43,10 +43,6 @@ typedef struct {
   char *settings; /* all options but those of evaluate itself: cells of one file share them */
 } EvaluateOptions;
 PETSC_INTERN PetscErrorCode EvaluateOptionsSet(EvaluateOptions *o);
-/* The files of a list of names and patterns, with what their headers say (evaluatepolicies.c) */
-PETSC_INTERN PetscErrorCode EvaluatePoliciesFind(PetscInt n, char *const patterns[], PetscInt *npolicies,
-                                                 EvaluatePolicy **policies);
-
 typedef struct {
   PetscInt instance; /* index of its case */
   const char *controller;
@@ -66,7 +62,6 @@ typedef struct {
   EvaluateCell *cells;
 } EvaluateMatrix;
 PETSC_INTERN PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m);
-PETSC_INTERN PetscErrorCode EvaluateMatrixDestroy(EvaluateMatrix *m);
 PETSC_INTERN PetscReal EvaluateSolveWeight(const ProblemCase *c); /* cost of one Bathe solve, a guess */
 
 /* ---- runs (evaluaterun.c) and their errors (evaluateerrors.c) ---- */

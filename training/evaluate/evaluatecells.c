@@ -33,19 +33,11 @@ PetscReal EvaluateSolveWeight(const ProblemCase *c)
   return c->mesh ? PetscPowReal((PetscReal)(c->mesh * c->mesh), (PetscReal)1.3) : (PetscReal)40;
 }
 
-/* Solves of a cell: a guess for the time left, nothing else. */
-static PetscReal GuessSolves(const ProblemCase *c, const EvaluateCell *cell)
-{
-  const PetscReal each = cell->error == TSBATHE_ERROR_DOUBLING ? 3 : 1;
-
-  if (cell->steps) return (PetscReal)cell->steps;
-  if (cell->policy) return 25 * each;
-  return (c->mesh ? 130 : 3000) * each * PetscPowReal(cell->tolerance, -1 / (PetscReal)3);
-}
-
 static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, PetscInt instance, EvaluateCell cell)
 {
   const ProblemCase *c = &m->cases[instance];
+  const PetscReal each = cell.error == TSBATHE_ERROR_DOUBLING ? 3 : 1;
+  PetscReal solves; /* a guess for the time left, nothing else */
   char how[EVALUATE_NAME];
   PetscBool same;
 
@@ -65,7 +57,10 @@ static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, Petsc
     PetscCall(PetscStrcmp(m->cells[i].path, cell.path, &same));
     if (same) PetscFunctionReturn(PETSC_SUCCESS);
   }
-  cell.weight = GuessSolves(c, &cell) * EvaluateSolveWeight(c) * (PetscReal)o->repetitions;
+  solves = cell.steps    ? (PetscReal)cell.steps
+           : cell.policy ? 25 * each
+                         : (c->mesh ? 130 : 3000) * each * PetscPowReal(cell.tolerance, -1 / (PetscReal)3);
+  cell.weight = solves * EvaluateSolveWeight(c) * (PetscReal)o->repetitions;
   PetscCall(PetscRealloc(sizeof(cell) * (size_t)(m->ncells + 1), &m->cells));
   m->cells[m->ncells++] = cell;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -120,14 +115,5 @@ PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m)
         PetscCall(AddController(o, m, i, o->controllers[k], o->reactions[r]));
   PetscCheck(m->ncells, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "the matrix has no cells: -evaluate_controllers and -evaluate_errors leave nothing to run");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode EvaluateMatrixDestroy(EvaluateMatrix *m)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree(m->cases));
-  PetscCall(PetscFree(m->cells));
-  m->ncases = m->ncells = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

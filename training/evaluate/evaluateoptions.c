@@ -1,6 +1,8 @@
 /* The -evaluate_ options. */
 #include "evaluate.h"
+#include "common/files.h"
 #include "common/options.h"
+#include <glob.h>
 #include <slipcompat.h>
 
 static const char *const ControllerNames[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC,
@@ -151,6 +153,64 @@ static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObj
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- policies: files found by name or pattern, and what their headers say ---- */
+
+static PetscErrorCode ReadText(SlipH5 *h, const char attr[], char value[], size_t len)
+{
+  PetscBool has;
+
+  PetscFunctionBegin;
+  value[0] = '\0';
+  PetscCall(SlipH5HasAttribute(h, "/", attr, &has));
+  if (has) PetscCall(SlipH5ReadAttrString(h, "/", attr, value, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The name of a policy is that of its file without folders and ending. */
+static PetscErrorCode AddPolicy(const char file[], PetscInt *n, EvaluatePolicy **policies)
+{
+  const char *slash = strrchr(file, '/'), *hash, *const * names;
+  EvaluatePolicy *p;
+  SlipPolicy policy;
+  PetscInt nobs;
+  PetscBool same, has;
+  SlipH5 h;
+  char *dot;
+
+  PetscFunctionBegin;
+  PetscCall(PetscRealloc(sizeof(**policies) * (size_t)(*n + 1), policies));
+  p = &(*policies)[*n];
+  PetscCall(PetscStrncpy(p->file, file, sizeof(p->file)));
+  PetscCall(PetscStrncpy(p->name, slash ? slash + 1 : file, sizeof(p->name)));
+  dot = strrchr(p->name, '.');
+  if (dot && dot != p->name) *dot = '\0';
+  for (PetscInt i = 0; i < *n; i++) {
+    PetscCall(PetscStrcmp((*policies)[i].file, file, &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(PetscStrcmp((*policies)[i].name, p->name, &same));
+    PetscCheck(!same, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "-evaluate_policies has %s and %s: cells are kept by the name %s, expected different ones",
+               (*policies)[i].file, file, p->name);
+  }
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &policy));
+  PetscCall(SlipPolicyLoad(policy, p->file)); /* complains about whatever is no policy */
+  PetscCall(SlipPolicyGetHash(policy, &hash));
+  PetscCall(PetscStrncpy(p->hash, hash, sizeof(p->hash)));
+  PetscCall(SlipPolicyGetObservations(policy, &nobs, &names));
+  p->dial = PETSC_FALSE;
+  for (PetscInt i = 0; i < nobs && !p->dial; i++) PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &p->dial));
+  PetscCall(SlipPolicyDestroy(&policy));
+  PetscCall(SlipH5OpenRead(p->file, &h));
+  PetscCall(ReadText(&h, "problem", p->problem, sizeof(p->problem)));
+  PetscCall(ReadText(&h, "algorithm", p->algorithm, sizeof(p->algorithm)));
+  PetscCall(SlipH5HasAttribute(&h, "/", "alpha", &has));
+  p->alpha = NAN;
+  if (has) PetscCall(SlipH5ReadAttrReal(&h, "/", "alpha", &p->alpha));
+  PetscCall(SlipH5Close(&h));
+  ++*n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Policies(EvaluateOptions *o, SlipOptionItems PetscOptionsObject)
 {
   char *patterns[ROOM];
@@ -162,8 +222,16 @@ static PetscErrorCode Policies(EvaluateOptions *o, SlipOptionItems PetscOptionsO
                                     NULL, patterns, &n, &set));
   if (set) PetscCall(CheckCount("-evaluate_policies", n));
   if (!set) n = 0;
-  PetscCall(EvaluatePoliciesFind(n, patterns, &o->npolicies, &o->policies));
-  for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree(patterns[i]));
+  for (PetscInt i = 0; i < n; i++) {
+    glob_t found;
+
+    PetscCheck(!glob(patterns[i], GLOB_NOCHECK, NULL, &found), PETSC_COMM_WORLD, PETSC_ERR_FILE_OPEN,
+               "-evaluate_policies %s cannot be looked up", patterns[i]);
+    for (size_t k = 0; k < found.gl_pathc; k++)
+      PetscCallFile("-evaluate_policies", AddPolicy(found.gl_pathv[k], &o->npolicies, &o->policies));
+    globfree(&found);
+    PetscCall(PetscFree(patterns[i]));
+  }
   PetscCall(PetscOptionsHasName(NULL, NULL, "-evaluate_controllers", &wanted));
   for (PetscInt i = 0; i < o->ncontrollers && !same; i++) PetscCall(PetscStrcmp(o->controllers[i], TSADAPTRL, &same));
   PetscCheck(o->npolicies || !wanted || !same, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,

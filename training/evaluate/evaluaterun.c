@@ -1,6 +1,7 @@
 /* One cell of the matrix: its runs, timed, with their errors; a run that fails is a result too. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include "evaluate.h"
+#include <slipcompat.h>
 #include "common/files.h"
 #include "environment/environment.h"
 #include <petsctime.h>
@@ -58,23 +59,11 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *a, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The accuracy dial, where the controller has one. */
-static PetscErrorCode SetAccuracy(TSAdapt adapt, PetscReal accuracy)
-{
-  PetscBool learned;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
-  PetscCheck(learned, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
-             "this controller knows no accuracy (-evaluate_accuracies)");
-  PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
 {
   TSAdapt adapt;
   PetscReal end, rtol;
+  PetscBool learned;
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
@@ -84,7 +73,10 @@ static PetscErrorCode Configure(const EvaluateCell *cell, TS ts)
   PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));
-  if (cell->accuracy > 0) PetscCall(SetAccuracy(adapt, cell->accuracy));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  PetscCheck(learned || cell->accuracy <= 0, PetscObjectComm((PetscObject)adapt), PETSC_ERR_SUP,
+             "this controller knows no accuracy (-evaluate_accuracies)");
+  if (cell->accuracy > 0) PetscCall(TSAdaptRLSetAccuracy(adapt, cell->accuracy));
   PetscCall(TSBatheSetReactionType(ts, cell->reaction));
   PetscCall(TSBatheSetError(ts, cell->error));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
@@ -101,21 +93,12 @@ typedef struct {
   PetscReal wall, cpu;
 } Times;
 
-/* PetscGetCPUTime() has steps of 10 ms. */
-static PetscReal ProcessorTime(void)
-{
-  struct timespec now = {0, 0};
-
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return (PetscReal)now.tv_sec + (PetscReal)1e-9 * (PetscReal)now.tv_nsec;
-}
-
 /* TSSolve() and what became of it; rec is NULL for a repetition, which is only timed. */
 static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
 {
   PetscLogDouble begin, end;
   SlipProducts before, now;
-  PetscReal cpu_begin, cpu_end;
+  struct timespec cpu[2] = {{0, 0}, {0, 0}}; /* PetscGetCPUTime() has steps of 10 ms */
   PetscReal time, last;
   MPI_Comm comm;
 
@@ -126,12 +109,13 @@ static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(PetscTime(&begin));
   PetscCall(SlipProductsGet(&before));
-  cpu_begin = ProcessorTime();
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu[0]);
   PetscCall(TSSolve(ts, w));
-  cpu_end = ProcessorTime();
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu[1]);
   PetscCall(PetscTime(&end));
   times->wall = (PetscReal)(end - begin);
-  times->cpu = cpu_end - cpu_begin;
+  times->cpu =
+    (PetscReal)(cpu[1].tv_sec - cpu[0].tv_sec) + (PetscReal)1e-9 * (PetscReal)(cpu[1].tv_nsec - cpu[0].tv_nsec);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->wall, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->cpu, 1, MPIU_REAL, MPIU_SUM, comm));
   if (!rec) PetscFunctionReturn(PETSC_SUCCESS);
@@ -200,6 +184,83 @@ static PetscErrorCode RunRecorded(const EvaluateOptions *o, MPI_Comm comm, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- errors of a run against a reference: numbers only ---- */
+
+/* Row of the reference at time t, linear between its rows; *at is where the last search ended. Times ascend. */
+static void Interpolate(const Table *ref, PetscReal t, PetscInt *at, PetscReal row[])
+{
+  const PetscInt w = ref->width;
+  const PetscReal *a, *b;
+  PetscReal s;
+
+  while (*at < ref->n - 2 && ref->data[(*at + 1) * w] < t) ++*at;
+  a = &ref->data[*at * w];
+  b = a + w;
+  s = b[0] > a[0] ? (t - a[0]) / (b[0] - a[0]) : 1;
+  s = PetscClipInterval(s, (PetscReal)0, (PetscReal)1);
+  for (PetscInt k = 1; k < w; k++) row[k - 1] = (1 - s) * a[k] + s * b[k];
+}
+
+static PetscReal Norm2(PetscInt n, const PetscReal a[], const PetscReal b[])
+{
+  PetscReal sum = 0;
+
+  for (PetscInt k = 0; k < n; k++) sum += PetscSqr(a[k] - (b ? b[k] : 0));
+  return sum;
+}
+
+/*
+  Errors at the ends of the accepted steps, e = |y - y_ref| over the state columns:
+    final   e at the last step (signed for a single state), max  the largest e, both over |y_ref| at the end (relative
+            problems; the largest |y_ref| where the state decays, that is for several states)
+    l2      (int e^2 dt)^1/2 over (int |y_ref|^2 dt)^1/2, or over the root of the duration where errors are absolute;
+            trapezoidal rule over the accepted steps
+    rate    largest error of the rate column over its largest reference value
+*/
+PetscErrorCode EvaluateErrors(const Evaluation *p, void *model, const Table *ref, const Table *series,
+                              EvaluateResult *r)
+{
+  const PetscInt n = p->nstates, w = series->width;
+  PetscReal exact[EVALUATE_COLUMNS], errors = 0, sizes = 0, largest = 0, size = 0, rate = 0, rate_size = 0, e2 = 0,
+                                     s2 = 0;
+  PetscReal before_e2 = 0, before_s2 = 0, scale;
+  PetscInt at = 0;
+
+  PetscFunctionBegin;
+  PetscCheck(series->n > 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "a run without rows");
+  for (PetscInt i = 0; i < series->n; i++) {
+    const PetscReal *row = &series->data[i * w], dt = i ? row[0] - row[-w] : 0;
+
+    if (p->exact)
+      PetscCall(p->exact(model, row[0], exact));
+    else
+      Interpolate(ref, row[0], &at, exact);
+    e2 = Norm2(n, row + 1, exact);
+    s2 = Norm2(n, exact, NULL);
+    errors += 0.5 * dt * (before_e2 + e2);
+    sizes += 0.5 * dt * (before_s2 + s2);
+    largest = PetscMax(largest, e2);
+    if (p->rate >= 0) rate = PetscMax(rate, PetscAbsReal(row[1 + p->rate] - exact[p->rate]));
+    before_e2 = e2;
+    before_s2 = s2;
+  }
+  for (PetscInt i = 0; i < ref->n; i++) {
+    const PetscReal *row = &ref->data[i * ref->width + 1];
+
+    size = PetscMax(size, Norm2(n, row, NULL));
+    if (p->rate >= 0) rate_size = PetscMax(rate_size, PetscAbsReal(row[p->rate]));
+  }
+  scale = p->relative ? PetscSqrtReal(n > 1 ? size : s2) : 1;
+  r->final = series->data[(series->n - 1) * w + 1];
+  r->final_error = (n == 1 ? r->final - exact[0] : PetscSqrtReal(e2)) / scale;
+  r->max_error = PetscSqrtReal(largest) / scale;
+  r->l2_error = PetscSqrtReal(errors / (p->relative ? sizes : series->data[(series->n - 1) * w]));
+  r->rate_error = p->rate >= 0 ? rate / rate_size : NAN;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- cells and references ---- */
+
 PetscErrorCode EvaluateRunCell(const EvaluateOptions *o, MPI_Comm comm, const ProblemCase *c, void *model,
                                const EvaluateCell *cell, const EvaluateReference *ref, EvaluateResult *r)
 {
@@ -246,27 +307,6 @@ PetscErrorCode EvaluateReferenceClear(EvaluateReference *r)
 
 #define EXACT_ROWS 5000 /* of an exact solution, for plots */
 
-static PetscErrorCode SampleExact(MPI_Comm comm, const ProblemCase *c, void *model, EvaluateReference *ref)
-{
-  PetscReal row[EVALUATE_COLUMNS], end;
-  TS ts;
-  Vec w;
-
-  PetscFunctionBegin;
-  PetscCall(c->problem->evaluation->start(comm, c, model, &ts, &w));
-  PetscCall(TSSetFromOptions(ts));
-  PetscCall(TSGetMaxTime(ts, &end));
-  ref->series.width = 1 + c->problem->evaluation->ncolumns;
-  for (PetscInt i = 0; i <= EXACT_ROWS; i++) {
-    row[0] = end * (PetscReal)i / EXACT_ROWS;
-    PetscCall(c->problem->evaluation->exact(model, row[0], row + 1));
-    PetscCall(TableAdd(&ref->series, row));
-  }
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* An even number: half as many make the run that it is compared with. */
 PetscInt EvaluateReferenceSteps(const EvaluateOptions *o, const ProblemCase *c)
 {
@@ -288,11 +328,24 @@ PetscErrorCode EvaluateRunReference(const EvaluateOptions *o, MPI_Comm comm, con
     .controller = TSADAPTNONE, .error = TSBATHE_ERROR_NONE, .reaction = TSBATHE_REACTION_TRAPEZOIDAL, .tolerance = 1};
   EvaluateOptions limits = *o;
   EvaluateResult fine = {0}, half = {0};
+  PetscReal row[EVALUATE_COLUMNS], end;
   Times times;
+  TS ts;
+  Vec w;
 
   PetscFunctionBegin;
   if (c->problem->evaluation->exact) {
-    PetscCall(SampleExact(comm, c, model, ref));
+    PetscCall(c->problem->evaluation->start(comm, c, model, &ts, &w));
+    PetscCall(TSSetFromOptions(ts));
+    PetscCall(TSGetMaxTime(ts, &end));
+    ref->series.width = 1 + c->problem->evaluation->ncolumns;
+    for (PetscInt i = 0; i <= EXACT_ROWS; i++) {
+      row[0] = end * (PetscReal)i / EXACT_ROWS;
+      PetscCall(c->problem->evaluation->exact(model, row[0], row + 1));
+      PetscCall(TableAdd(&ref->series, row));
+    }
+    PetscCall(VecDestroy(&w));
+    PetscCall(TSDestroy(&ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   limits.max_attempts = PETSC_MAX_INT;

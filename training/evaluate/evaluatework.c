@@ -14,7 +14,7 @@ typedef struct {
 typedef struct {
   EvaluateOptions *o;
   EvaluateMatrix *m;
-  PetscMPIInt rank, size;
+  PetscMPIInt rank;
   PetscInt njobs;
   Job *jobs;
   PetscReal total, before,
@@ -40,50 +40,20 @@ static PetscErrorCode ReleaseJob(Work *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Set the case of a job up, unless it is at hand. */
-static PetscErrorCode PrepareJob(Work *w, MPI_Comm comm, const Job *job)
+static PetscErrorCode Report(const Work *w, PetscInt index, const char name[], const char what[])
 {
-  const ProblemCase *c = &w->m->cases[job->instance];
-  PetscLogDouble begin, end;
-
-  PetscFunctionBegin;
-  if (w->instance != job->instance || w->comm != comm) {
-    PetscCall(ReleaseJob(w));
-    w->comm = comm;
-    w->instance = job->instance;
-    PetscCall(PetscTime(&begin));
-    PetscCall(c->problem->evaluation->create(comm, c, &w->model));
-    PetscCall(PetscTime(&end));
-    w->wall_setup = (PetscReal)(end - begin);
-  }
-  if (job->cell >= 0 && !w->reference.series.n) PetscCall(EvaluateFileReadReference(w->o, c, &w->reference));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TimeLeft(const Work *w, char text[], size_t len)
-{
+  char text[32] = "an unknown time";
   PetscLogDouble now;
   PetscReal left;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&now));
   left = (PetscReal)(now - w->begin) * PetscMax(w->total - w->done, 0) / PetscMax(w->done, 1);
-  if (w->done < 0.01 * w->total)
-    PetscCall(PetscStrncpy(text, "an unknown time", len));
-  else if (left < 100)
-    PetscCall(PetscSNPrintf(text, len, "%.0f s", (double)left));
-  else
-    PetscCall(PetscSNPrintf(text, len, "%.0f min", (double)left / 60));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Report(const Work *w, PetscInt index, const char name[], const char what[])
-{
-  char left[32];
-
-  PetscFunctionBegin;
-  PetscCall(TimeLeft(w, left, sizeof(left)));
-  printf("[%d/%d] %s: %s; about %s left\n", (int)index + 1, (int)w->njobs, name, what, left);
+  if (w->done >= 0.01 * w->total && left < 100)
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%.0f s", (double)left));
+  else if (w->done >= 0.01 * w->total)
+    PetscCall(PetscSNPrintf(text, sizeof(text), "%.0f min", (double)left / 60));
+  printf("[%d/%d] %s: %s; about %s left\n", (int)index + 1, (int)w->njobs, name, what, text);
   fflush(stdout);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,13 +104,28 @@ static PetscErrorCode RunCell(Work *w, PetscInt index, PetscBool writes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What precedes it in the list is taken for done, as the others work too. Its case is set up unless it is at hand. */
 static PetscErrorCode RunJob(Work *w, MPI_Comm comm, PetscInt index)
 {
   const PetscBool writes = comm == PETSC_COMM_SELF || !w->rank ? PETSC_TRUE : PETSC_FALSE;
+  const Job *job = &w->jobs[index];
+  const ProblemCase *c = &w->m->cases[job->instance];
+  PetscLogDouble begin, end;
 
   PetscFunctionBegin;
-  PetscCall(PrepareJob(w, comm, &w->jobs[index]));
-  if (w->jobs[index].cell < 0)
+  w->done = w->before;
+  for (PetscInt i = 0; i < index; i++) w->done += w->jobs[i].weight;
+  if (w->instance != job->instance || w->comm != comm) {
+    PetscCall(ReleaseJob(w));
+    w->comm = comm;
+    w->instance = job->instance;
+    PetscCall(PetscTime(&begin));
+    PetscCall(c->problem->evaluation->create(comm, c, &w->model));
+    PetscCall(PetscTime(&end));
+    w->wall_setup = (PetscReal)(end - begin);
+  }
+  if (job->cell >= 0 && !w->reference.series.n) PetscCall(EvaluateFileReadReference(w->o, c, &w->reference));
+  if (job->cell < 0)
     PetscCall(RunReference(w, index, writes));
   else
     PetscCall(RunCell(w, index, writes));
@@ -166,13 +151,6 @@ static PetscErrorCode OutOfTime(const Work *w, PetscBool *out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The others work too: what precedes a job in the list is taken for done. */
-static void CountDone(Work *w, PetscInt index)
-{
-  w->done = w->before;
-  for (PetscInt i = 0; i < index; i++) w->done += w->jobs[i].weight;
-}
-
 static PetscErrorCode WorkThrough(Work *w)
 {
   Queue queue;
@@ -186,7 +164,6 @@ static PetscErrorCode WorkThrough(Work *w)
     PetscCall(OutOfTime(w, &out));
     if (next >= w->njobs || out) break;
     if (!IsSpread(w, &w->jobs[next])) continue;
-    CountDone(w, next);
     PetscCall(RunJob(w, PETSC_COMM_SELF, next));
   }
   PetscCall(QueueDestroy(&queue));
@@ -196,7 +173,6 @@ static PetscErrorCode WorkThrough(Work *w)
     PetscCall(OutOfTime(w, &out));
     PetscCallMPI(MPI_Bcast(&out, 1, MPIU_BOOL, 0, PETSC_COMM_WORLD));
     if (out) break;
-    CountDone(w, i);
     PetscCall(RunJob(w, PETSC_COMM_WORLD, i));
   }
   PetscCall(ReleaseJob(w));
@@ -254,42 +230,16 @@ static PetscErrorCode Summary(const Work *w, PetscInt before, const EvaluateStat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode List(const Work *w, const EvaluateState cell[])
-{
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < w->m->ncells; i++) {
-    const char *state = cell[i].outdated ? "outdated" : cell[i].failed ? "failed" : cell[i].known ? "done" : "missing";
-
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-8s %s\n", state, w->m->cells[i].path + 7));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ReportOutdated(const Work *w, const EvaluateState cell[])
-{
-  PetscInt n = 0;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < w->m->ncells; i++) n += cell[i].outdated;
-  if (n)
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                          "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
-                          "made anew\n",
-                          w->o->output, n));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
 {
   Work w = {.o = o, .m = m, .instance = -1};
   PetscBool *reference, *needed;
   EvaluateState *cell, *now;
-  PetscInt before = 0;
+  PetscInt before = 0, outdated = 0;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &w.rank));
-  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &w.size));
   PetscCall(PetscTime(&w.begin));
   PetscCall(PetscCalloc5(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncases, &needed,
                          m->ncases + m->ncells, &w.jobs));
@@ -299,13 +249,24 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
   for (PetscInt i = 0; i < m->ncells; i++) {
     if (o->repeat_failed && cell[i].failed) cell[i].known = PETSC_FALSE;
     before += cell[i].known;
+    outdated += cell[i].outdated;
     if (!cell[i].known) needed[m->cells[i].instance] = PETSC_TRUE;
     if (!cell[i].known) w.total += m->cells[i].weight;
   }
   if (o->list) {
-    PetscCall(List(&w, cell));
+    for (PetscInt i = 0; i < m->ncells; i++)
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-8s %s\n",
+                            cell[i].outdated ? "outdated"
+                            : cell[i].failed ? "failed"
+                            : cell[i].known  ? "done"
+                                             : "missing",
+                            m->cells[i].path + 7));
   } else {
-    PetscCall(ReportOutdated(&w, cell));
+    if (outdated)
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                            "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
+                            "made anew\n",
+                            o->output, outdated));
     PetscCall(AddReferences(&w, reference, needed));
     for (PetscInt i = 0; i < w.njobs; i++) w.total += w.jobs[i].weight;
     if (w.njobs) PetscCall(WorkThrough(&w)); /* cells need them */

@@ -59,7 +59,7 @@ static double Weighted(const OdeStepper *s, const double e[])
   return sqrt(sum / (double)n);
 }
 
-static void AttemptExplicit(OdeStepper *s, double h)
+static PetscBool AttemptExplicit(OdeStepper *s, double h)
 {
   const Tableau *tab = &Tableaus[s->pair];
   const PetscInt n = s->ode->n;
@@ -83,6 +83,7 @@ static void AttemptExplicit(OdeStepper *s, double h)
   memcpy(s->k1, k[tab->stages - 1], sizeof(s->k1));
   s->E = Weighted(s, e);
   if (isnan(s->E)) s->E = PETSC_MAX_REAL;
+  return PETSC_TRUE;
 }
 
 /* x = A^-1 b by elimination with pivoting; A and b are overwritten */
@@ -179,9 +180,7 @@ static PetscBool AttemptBathe(OdeStepper *s, double h)
 
 PetscBool OdeAttempt(OdeStepper *s, double h)
 {
-  if (s->pair == ODE_BATHE) return AttemptBathe(s, h);
-  AttemptExplicit(s, h);
-  return PETSC_TRUE;
+  return s->pair == ODE_BATHE ? AttemptBathe(s, h) : AttemptExplicit(s, h);
 }
 
 void OdeAccept(OdeStepper *s, double h)

@@ -34,15 +34,8 @@ static PetscErrorCode ControllerStart(PlainPolicy *c, SlipPolicy policy, double 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSAdaptChoose_Basic() with its defaults; again: the attempt before was rejected too */
-static double Basic(double E, double order, PetscBool again)
-{
-  const double safety = E > 1 && again ? 0.9 * 0.5 : 0.9;
-
-  return PetscClipInterval(E > 0 ? safety * pow(E, -1 / order) : 10, 0.1, 10);
-}
-
-/* The ratio of the next step to h after a converged attempt, as TSAdaptChoose_RL() has it */
+/* The next step after a converged attempt with the step h, as TSAdaptChoose_RL() and TSAdaptChoose_Basic() with its
+   defaults have it */
 static PetscErrorCode Next(PlainPolicy *c, double E, double h, double *next)
 {
   const PetscBool accepted = E <= 1 ? PETSC_TRUE : PETSC_FALSE, again = c->run.rejected > 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -53,7 +46,7 @@ static PetscErrorCode Next(PlainPolicy *c, double E, double h, double *next)
   c->run.error = E;
   c->run.failures = 0;
   if (!c->policy) {
-    *next = h * Basic(E, c->run.order, again);
+    *next = h * PetscClipInterval(E > 0 ? (E > 1 && again ? 0.9 * 0.5 : 0.9) * pow(E, -1 / c->run.order) : 10, 0.1, 10);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PlainPolicyObserve(c, NULL, NULL, accepted);

@@ -1,6 +1,6 @@
 /* Episodes, see episodes.h. */
 #include "episodes.h"
-#include "environment/libraryrun.h"
+#include "runs/runs.h"
 #include <math.h>
 #include <slipcompat.h>
 
@@ -77,7 +77,8 @@ static PetscErrorCode Measure(TS ts, const SlipAttempt *attempt, Vec w, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void PlainMeans(const PlainFault *p, PetscReal *slip, PetscReal *rate)
+/* Of the state [m], [m/s] */
+static void Means(const PlainFault *p, PetscReal *slip, PetscReal *rate)
 {
   *rate = *slip = 0;
   for (PetscInt i = 0; i < p->n; ++i) {
@@ -93,26 +94,21 @@ static PetscErrorCode MeasurePlain(const PlainFault *p, double time, void *ctx)
   PetscReal rate, slip;
 
   PetscFunctionBegin;
-  PlainMeans(p, &slip, &rate);
+  Means(p, &slip, &rate);
   if (AtEnd(e, time)) e->field_error = FieldError(e, p->s, 1);
   PetscCall(Follow(e, time, slip, rate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s]: as far as steps of the reference can be told from the start, short enough for the swing and for the growth of
-   the critical displacement, which is slower than the root of weakening less stiffness */
-static PetscReal FastestTime(const SlipFaultNumbers *f)
-{
-  const PetscReal growth = PetscSqrtReal(PetscMax(f->critical_weakening - f->critical_stiffness, 0));
-
-  return 1 / (PetscSqrtReal(f->critical_stiffness) + growth / 2);
-}
-
-/* Small constant steps until the fault rests, or to the end [s]. */
+/* Small constant steps until the fault rests, or to the end [s]; as far as can be told from the start, short enough for
+   the swing and for the growth of the critical displacement, which is slower than the root of weakening less
+   stiffness */
 static PetscErrorCode Reference(Episode *e, PetscReal end)
 {
   PlainFault *p = &e->plain;
-  const PetscReal dt = REFERENCE_STEP * FastestTime(&p->known);
+  const PetscReal stiffness = p->known.critical_stiffness,
+                  growth = PetscSqrtReal(PetscMax(p->known.critical_weakening - stiffness, 0)),
+                  dt = REFERENCE_STEP * (1 / (PetscSqrtReal(stiffness) + growth / 2));
   PetscReal row[COURSE_WIDTH] = {0, 0, 0};
 
   PetscFunctionBegin;
@@ -124,7 +120,7 @@ static PetscErrorCode Reference(Episode *e, PetscReal end)
     row[0] = (PetscReal)k * dt;
     if (!PlainFaultAttempt(p, dt)) break;
     PlainFaultAccept(p);
-    PlainMeans(p, &row[1], &row[2]);
+    Means(p, &row[1], &row[2]);
     if (row[2] == 0 && row[1] > 0) e->rest = row[0];
     if (k % THINNING == 0 || e->rest > 0) PetscCall(TableAdd(&e->reference, row));
   }
@@ -145,50 +141,15 @@ static PetscErrorCode Release(Episode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From e->fault, its parameters set, to its start, with and without objects */
-static PetscErrorCode SetUp(Episode *e)
-{
-  const PetscScalar *w;
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultSetUp(e->fault));
-  PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
-  PetscCall(SlipFaultCreateState(e->fault, &e->w));
-  PetscCall(VecDuplicate(e->w, &e->start));
-  PetscCall(SlipFaultSetInitialState(e->fault, e->start));
-  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
-  n = e->plain.n;
-  PetscCall(PetscMalloc2(3 * n, &e->plain_start, n, &e->field));
-  PetscCall(VecGetArrayRead(e->start, &w));
-  for (PetscInt i = 0; i < 3 * n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
-  PetscCall(VecRestoreArrayRead(e->start, &w));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What normal stress grows by with depth */
-static PetscErrorCode AddDepth(Episode *e, const FaultDraw *d, PetscReal stress[])
-{
-  PetscReal gradient, top, width;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultGetReal(e->fault, "normal_stress_gradient", &gradient));
-  PetscCall(SlipFaultGetReal(e->fault, "depth_top", &top));
-  PetscCall(SlipFaultGetReal(e->fault, "length_z", &width));
-  for (PetscInt i = 0; i < d->n; ++i) {
-    const PetscReal depth = top + ((PetscReal)(i / d->nx) + (PetscReal)0.5) * width / (PetscReal)d->nz;
-
-    stress[i] += gradient * depth * d->field[DRAW_NORMAL_STRESS][i];
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Its fields: of a family factors of the scalars; slip: mean of friction_slip [m], where the draw has its own */
-static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
+static PetscErrorCode SetFields(SlipFault fault, const FaultDraw *d, PetscReal slip)
 {
-  PetscReal field[EPISODE_MAX_CELLS], factor = 1;
+  PetscReal field[EPISODE_MAX_CELLS], factor = 1, gradient, top, width;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetReal(fault, "normal_stress_gradient", &gradient));
+  PetscCall(SlipFaultGetReal(fault, "depth_top", &top));
+  PetscCall(SlipFaultGetReal(fault, "length_z", &width));
   for (PetscInt f = 0; f < DRAW_FIELDS; ++f) {
     if (d->weakening > 0 && f == DRAW_FRICTION_SLIP)
       factor = slip;
@@ -197,22 +158,38 @@ static PetscErrorCode SetFields(Episode *e, const FaultDraw *d, PetscReal slip)
     else if (d->spread[f] == 0)
       continue; /* uniform, or with depth */
     else
-      PetscCall(SlipFaultGetReal(e->fault, EpisodeFieldNames[f], &factor));
-    for (PetscInt i = 0; i < d->n; ++i) field[i] = factor * d->field[f][i];
-    if (f == DRAW_NORMAL_STRESS && d->of_family) PetscCall(AddDepth(e, d, field));
-    PetscCall(SlipFaultSetField(e->fault, EpisodeFieldNames[f], d->n, field));
+      PetscCall(SlipFaultGetReal(fault, EpisodeFieldNames[f], &factor));
+    for (PetscInt i = 0; i < d->n; ++i) {
+      const PetscReal depth = top + ((PetscReal)(i / d->nx) + (PetscReal)0.5) * width / (PetscReal)d->nz;
+
+      field[i] = factor * d->field[f][i];
+      if (f == DRAW_NORMAL_STRESS && d->of_family) field[i] += gradient * depth * d->field[f][i];
+    }
+    PetscCall(SlipFaultSetField(fault, EpisodeFieldNames[f], d->n, field));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The fault, and its start with and without objects */
 static PetscErrorCode MakeFault(Episode *e, const FaultDraw *d, PetscReal slip)
 {
+  const PetscScalar *w;
+
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
   for (PetscInt i = 0; i < d->nstring; ++i) PetscCall(FamilySetWord(e->fault, d->string[i], d->text[i]));
   for (PetscInt i = 0; i < d->nreal; ++i) PetscCall(SlipFaultSetReal(e->fault, d->name[i], d->value[i]));
-  PetscCall(SetFields(e, d, slip));
-  PetscCall(SetUp(e));
+  PetscCall(SetFields(e->fault, d, slip));
+  PetscCall(SlipFaultSetUp(e->fault));
+  PetscCall(SlipFaultGetTimeScale(e->fault, &e->tstar));
+  PetscCall(SlipFaultCreateState(e->fault, &e->w));
+  PetscCall(VecDuplicate(e->w, &e->start));
+  PetscCall(SlipFaultSetInitialState(e->fault, e->start));
+  PetscCall(PlainFaultCreate(e->fault, e->start, &e->plain));
+  PetscCall(PetscMalloc2(3 * e->plain.n, &e->plain_start, e->plain.n, &e->field));
+  PetscCall(VecGetArrayRead(e->start, &w));
+  for (PetscInt i = 0; i < 3 * e->plain.n; ++i) e->plain_start[i] = (double)PetscRealPart(w[i]);
+  PetscCall(VecRestoreArrayRead(e->start, &w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -251,15 +228,6 @@ static PetscErrorCode TryDraw(Episode *e, const FaultDraw *d, PetscBool *good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode New(Episode **episode)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscNew(episode));
-  (*episode)->measure = SlipMeasures;
-  (*episode)->reference.width = (*episode)->run.width = COURSE_WIDTH;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side, Episode **episode)
 {
   PetscBool good = PETSC_FALSE;
@@ -271,7 +239,9 @@ PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side,
   PetscFunctionBegin;
   PetscCheck(side >= 1 && side * side <= EPISODE_MAX_CELLS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "Episodes of up to %" PetscInt_FMT " cells along a side, expected 1 to 12", side);
-  PetscCall(New(&e));
+  PetscCall(PetscNew(&e));
+  e->measure = SlipMeasures;
+  e->reference.width = e->run.width = COURSE_WIDTH;
   PetscCall(PetscNew(&d));
   RandomSeed(&random, seed);
   while (!good) {
@@ -292,13 +262,16 @@ PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side,
 
 /* What explicit and implicit steps take is drawn apart, so that the fault is that of the same seed elsewhere. Explicit
    steps without objects know no other damping than that of waves, and no friction that depends on the rate. */
-static PetscErrorCode DrawCosts(Episode *e, uint64_t seed)
+PetscErrorCode EpisodeCreateProducts(const Family *family, uint64_t seed, PetscInt side, Episode **episode)
 {
   PetscReal limit, zeta;
+  Episode *e;
   char viscosity[16];
   Random random;
 
   PetscFunctionBegin;
+  PetscCall(EpisodeCreate(family, seed, side, &e));
+  *episode = e;
   PetscCall(SlipFaultGetString(e->fault, "viscosity", viscosity, sizeof(viscosity)));
   PetscCall(TSBatheGetLongestStep(e->ts, &limit));
   PetscCall(SlipFaultGetReal(e->fault, "damping_ratio", &zeta));
@@ -310,14 +283,6 @@ static PetscErrorCode DrawCosts(Episode *e, uint64_t seed)
   SlipMethodSetUp(&e->costs);
   e->costs.solve = RandomLog(&random, LEAST_COST, MOST_COST) / SlipMethodSolve(&e->costs, 1);
   e->fineness = RandomUniform(&random) < COARSE_SHARE ? 1 : RandomLog(&random, 1, FINEST);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode EpisodeCreateProducts(const Family *family, uint64_t seed, PetscInt side, Episode **episode)
-{
-  PetscFunctionBegin;
-  PetscCall(EpisodeCreate(family, seed, side, episode));
-  PetscCall(DrawCosts(*episode, seed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -463,7 +428,7 @@ PetscErrorCode EpisodeRunClassical(void *episode, TSAdaptType type, PetscReal rt
   PetscCall(EpisodeRewind(e, TSADAPTRL_ACCURACY_MAX));
   e->attempts_left = CLASSICAL_ATTEMPTS;
   PetscCall(TSSetMaxSteps(e->ts, CLASSICAL_ATTEMPTS));
-  PetscCall(RunSetController(e->ts, NULL, 0, type, rtol));
+  PetscCall(RunSetController(e->ts, type, rtol));
   PetscCall(RunSolve(e->ts, e->w, &solved));
   PetscCall(TSBatheGetTotals(e->ts, &attempts, &accepted, &solves, &newton, &linear));
   EpisodeConclude(e, solves, accepted, result);

@@ -5,7 +5,7 @@
 #include "problems.h"
 #include "environment/cmaproblem.h"
 #include "environment/family.h"
-#include "environment/plainrun.h"
+#include "environment/plainfault.h"
 #include "common/table.h"
 #include <slipstep/rooms.h>
 
@@ -100,7 +100,6 @@ PETSC_INTERN PetscErrorCode EpisodeWatch(void *episode, SlipPolicy policy, Petsc
    state after a step to time t; the result. A step may be followed more than once. */
 PETSC_INTERN PetscErrorCode EpisodeRewind(Episode *e, PetscReal accuracy);
 PETSC_INTERN PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w);
-PETSC_INTERN void PlainMeans(const PlainFault *p, PetscReal *slip, PetscReal *rate); /* of the state [m], [m/s] */
 /* Without a cost */
 PETSC_INTERN void EpisodeConclude(const Episode *e, PetscInt solves, PetscInt accepted, EpisodeResult *result);
 

@@ -14,32 +14,15 @@ struct _EpisodeSmall {
   PlainSmall plain;
 };
 
-/* The system of a run of such a problem, whose model must live as long */
-static PetscErrorCode Plain(const EnvRun *run, PlainSmall *p)
-{
-  const SlipModel model = (SlipModel)run->model;
-  PetscReal J[SLIP_MODEL_STATES * SLIP_MODEL_STATES] = {0};
-  const PetscInt n = model->ops->n;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  *p = (PlainSmall){
-    .n = n, .q = model->bound, .tstar = run->tstar, .tmax = run->tmax, .model = model, .force = model->ops->load};
-  PetscCall((*model->ops->jacobian)(0, model->start, J, model));
-  for (PetscInt i = 0; i < n; ++i) {
-    p->A[i] = model->mass[i];
-    p->start[i] = model->start[i];
-    for (PetscInt j = 0; j < n; ++j) p->G[i][j] = J[i * n + j];
-  }
-  PetscCall(TSGetAdapt(run->ts, &adapt));
-  PetscCall(TSAdaptGetStepLimits(adapt, &p->dt_low, &p->dt_high));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* The same system without objects: the model must live as long. */
 PetscErrorCode EpisodeSmallCreate(const EnvOptions *o, uint64_t seed, EpisodeSmall *episode)
 {
+  PetscReal J[SLIP_MODEL_STATES * SLIP_MODEL_STATES] = {0};
   EpisodeSmall small;
+  PlainSmall *p;
+  SlipModel model;
   Random random;
+  TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&small));
@@ -50,7 +33,22 @@ PetscErrorCode EpisodeSmallCreate(const EnvOptions *o, uint64_t seed, EpisodeSma
   PetscCall(EnvInstanceCreate(&small->env.o, &random, PETSC_TRUE, &small->instance));
   PetscCall(o->problem->create(&small->env.o, &small->instance, &small->run));
   small->run.problem = o->problem;
-  PetscCall(Plain(&small->run, &small->plain));
+  model = (SlipModel)small->run.model;
+  p = &small->plain;
+  *p = (PlainSmall){.n = model->ops->n,
+                    .q = model->bound,
+                    .tstar = small->run.tstar,
+                    .tmax = small->run.tmax,
+                    .model = model,
+                    .force = model->ops->load};
+  PetscCall((*model->ops->jacobian)(0, model->start, J, model));
+  for (PetscInt i = 0; i < p->n; ++i) {
+    p->A[i] = model->mass[i];
+    p->start[i] = model->start[i];
+    for (PetscInt j = 0; j < p->n; ++j) p->G[i][j] = J[i * p->n + j];
+  }
+  PetscCall(TSGetAdapt(small->run.ts, &adapt));
+  PetscCall(TSAdaptGetStepLimits(adapt, &p->dt_low, &p->dt_high));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

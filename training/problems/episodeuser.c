@@ -20,31 +20,14 @@ static PetscErrorCode Count(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What draw() gave can be run. */
-static PetscErrorCode Check(const Episode *e)
-{
-  const char *name = e->user->name;
-  PetscMPIInt size;
-  PetscBool bathe;
-
-  PetscFunctionBegin;
-  PetscCheck(e->ts && e->w, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL, "SlipTrain(): draw() of problem %s gave no TS or Vec",
-             name);
-  PetscCall(TSBatheIs(e->ts, &bathe));
-  PetscCheck(bathe, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "SlipTrain(): the TS of problem %s is of another type than bathe", name);
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)e->ts), &size));
-  PetscCheck(size == 1, PETSC_COMM_SELF, PETSC_ERR_WRONG_MPI_SIZE,
-             "SlipTrain(): the TS of problem %s is on %d processes, expected PETSC_COMM_SELF", name, (int)size);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
 {
   const SlipTrainProblem *user = o->problem->user;
   const SlipProblemOps *ops;
   void *ctx;
   PetscReal longest;
+  PetscMPIInt size;
+  PetscBool bathe;
   TSAdapt adapt;
   Episode *e;
 
@@ -55,7 +38,14 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
   e->user = user;
   e->run.width = COURSE_WIDTH;
   PetscCall((*user->draw)(seed, &e->instance, &e->ts, &e->w));
-  PetscCall(Check(e));
+  PetscCheck(e->ts && e->w, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL, "SlipTrain(): draw() of problem %s gave no TS or Vec",
+             user->name);
+  PetscCall(TSBatheIs(e->ts, &bathe));
+  PetscCheck(bathe, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "SlipTrain(): the TS of problem %s is of another type than bathe", user->name);
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)e->ts), &size));
+  PetscCheck(size == 1, PETSC_COMM_SELF, PETSC_ERR_WRONG_MPI_SIZE,
+             "SlipTrain(): the TS of problem %s is on %d processes, expected PETSC_COMM_SELF", user->name, (int)size);
   PetscCall(VecDuplicate(e->w, &e->start));
   PetscCall(VecCopy(e->w, e->start));
   PetscCall(TSSetSolution(e->ts, e->w));

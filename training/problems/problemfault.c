@@ -69,54 +69,44 @@ static PetscBool Drawable(const PetscReal value[])
   return ratio >= WEAKENING_MIN && ratio <= WEAKENING_MAX ? PETSC_TRUE : PETSC_FALSE;
 }
 
-static PetscErrorCode SetDrawn(SlipFault fault, const PetscReal value[])
+static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
 {
+  const PetscReal *v = instance->value;
   const struct {
     const char *name;
     PetscReal value;
   } row[] = {{"nx", 1},
              {"nz", 1},
-             {"length_x", value[DRAW_LENGTH]},
-             {"length_z", value[DRAW_LENGTH]},
-             {"thickness", value[DRAW_LENGTH] * value[DRAW_THICKNESS]},
+             {"length_x", v[DRAW_LENGTH]},
+             {"length_z", v[DRAW_LENGTH]},
+             {"thickness", v[DRAW_LENGTH] * v[DRAW_THICKNESS]},
              {"shear_modulus", SHEAR_MODULUS},
-             {"friction_slip", value[DRAW_SLIP]},
-             {"friction_drop", value[DRAW_DROP]},
-             {"friction_residual", value[DRAW_RESIDUAL]},
-             {"damping_ratio", value[DRAW_DAMPING]},
-             {"normal_stress", value[DRAW_STRESS]},
+             {"friction_slip", v[DRAW_SLIP]},
+             {"friction_drop", v[DRAW_DROP]},
+             {"friction_residual", v[DRAW_RESIDUAL]},
+             {"damping_ratio", v[DRAW_DAMPING]},
+             {"normal_stress", v[DRAW_STRESS]},
              {"normal_stress_gradient", 0}};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); ++i)
-    PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
-{
-  const PetscReal *drawn = instance->drawn ? instance->value : NULL;
   SlipFault fault;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   run->model = fault;
   PetscCall(SlipFaultSetString(fault, "stiffness_scaling", FAULT_SCALING));
-  if (drawn)
-    PetscCall(SetDrawn(fault, drawn));
-  else
-    PetscCall(SlipFaultSetFromOptions(fault));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && instance->drawn; ++i)
+    PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
+  if (!instance->drawn) PetscCall(SlipFaultSetFromOptions(fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultGetTimeScale(fault, &run->tstar));
   PetscCall(SlipFaultCreateState(fault, &run->w));
   PetscCall(SlipFaultSetInitialState(fault, run->w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &run->ts));
   PetscCall(SlipFaultConfigureTS(fault, run->ts));
-  if (drawn) PetscCall(TSSetMaxTime(run->ts, drawn[DRAW_DURATION] * run->tstar));
+  if (instance->drawn) PetscCall(TSSetMaxTime(run->ts, v[DRAW_DURATION] * run->tstar));
   PetscCall(TSSetSolution(run->ts, run->w));
   PetscCall(SlipCheckSolverOptions(run->ts));
   PetscCall(TSSetFromOptions(run->ts));
-  if (drawn) PetscCall(TSSetMaxTime(run->ts, drawn[DRAW_DURATION] * run->tstar));
+  if (instance->drawn) PetscCall(TSSetMaxTime(run->ts, v[DRAW_DURATION] * run->tstar));
   /* the fault's own vector of absolute tolerances is 1e-6 in the units of EnvOptions */
   PetscCall(EnvSetTolerances(run->ts, o->rtol > 0 ? o->rtol : PETSC_DEFAULT, o->atol > 0 ? o->atol / 1e-6 : 1));
   PetscCall(TSGetMaxTime(run->ts, &run->tmax));
@@ -310,8 +300,10 @@ const Problem ProblemFault = {.name = "fault",
                               PROBLEM_DRAWS(DrawTable),
                               .drawable = Drawable,
                               .presets = Presets,
-                              PROBLEM_FAULT_TOLERANCES,
+                              .rtol = 1e-3,
+                              .atol = 1e-6,
+                              .atol_unit = "0.1 mm for slip and 0.1 mm/T* for slip rate",
                               PROBLEM_ERRORS("final mean slip", "peak slip rate", "time of nine tenths of the slip"),
-                              PROBLEM_FUNCTIONS(Create),
+                              PROBLEM_FUNCTIONS,
                               .cma = &CMAFault,
                               .evaluation = &EvaluationFault};

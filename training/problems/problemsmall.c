@@ -22,13 +22,6 @@ struct _EnvJudge {
   SmallErrors errors;
 };
 
-/* Norm of a difference of states over that of the start */
-static PetscReal Distance(SlipModel model, const PetscReal difference[])
-{
-  if (model->ops->n == 1) return PetscAbsReal(difference[0] / model->start[0]);
-  return PetscSqrtReal(SlipModelEnergy(model, difference) / SlipModelEnergy(model, model->start));
-}
-
 /* ---- creation ---- */
 
 static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
@@ -70,19 +63,6 @@ static PetscErrorCode Destroy(EnvRun *run)
 
 /* ---- the exact solution ---- */
 
-/* A copy of the instance for constant steps: no step limits, no error estimates. */
-static PetscErrorCode FineCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *fine)
-{
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(o->problem->create(o, instance, fine));
-  PetscCall(TSGetAdapt(fine->ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
-  PetscCall(TSBatheSetError(fine->ts, TSBATHE_ERROR_NONE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *instance, EnvReference *reference)
 {
   EnvReference ref;
@@ -92,14 +72,14 @@ static PetscErrorCode ReferenceCreate(const EnvOptions *o, const EnvInstance *in
   PetscFunctionBegin;
   PetscCall(PetscNew(&ref));
   *reference = ref;
-  PetscCall(o->problem->create(o, instance, &run));
+  PetscCall(Create(o, instance, &run));
   steps = PetscCeilReal(run.tmax / (o->continuation * run.tstar) * REFERENCE_FINER);
   ref->dt = run.tmax / steps;
   ref->n = (PetscInt)steps + 1;
   ref->states = ((SlipModel)run.model)->ops->n;
   PetscCall(PetscCalloc1((size_t)(ref->n * ref->states), &ref->state));
   SlipModelExactTable((SlipModel)run.model, ref->dt, ref->n, ref->state);
-  PetscCall(o->problem->destroy(&run));
+  PetscCall(Destroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,6 +111,7 @@ static PetscErrorCode WatchRun(TS ts, const SlipAttempt *attempt, Vec w, void *c
 static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instance, EnvRun *run, PetscBool effects,
                                   EnvJudge *judge)
 {
+  TSAdapt adapt;
   EnvJudge j;
   Vec r;
   const PetscScalar *a;
@@ -145,7 +126,10 @@ static PetscErrorCode JudgeCreate(const EnvOptions *o, const EnvInstance *instan
   PetscCall(VecRestoreArrayRead(run->w, &a));
   PetscCall(TSBatheMonitorSet(run->ts, WatchRun, j, NULL));
   if (effects) {
-    PetscCall(FineCreate(o, instance, &j->fine));
+    PetscCall(Create(o, instance, &j->fine)); /* for constant steps: no step limits, no error estimates */
+    PetscCall(TSGetAdapt(j->fine.ts, &adapt));
+    PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
+    PetscCall(TSBatheSetError(j->fine.ts, TSBATHE_ERROR_NONE));
     PetscCall(VecDuplicate(run->w, &j->before));
     PetscCall(VecCopy(run->w, j->before));
     PetscCall(TSBatheGetReaction(run->ts, &r));
@@ -162,6 +146,7 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
                   n = PetscMax((PetscReal)SUBSTEPS, PetscCeilReal(h / (j->o->continuation * run->tstar)));
   PetscReal difference[SMALL_MAX_STATES];
   const PetscScalar *a, *b;
+  const SlipModel model = (SlipModel)run->model;
   TS ts = j->fine.ts;
   Vec r;
 
@@ -176,10 +161,14 @@ static PetscErrorCode JudgeStep(EnvJudge j, EnvRun *run, PetscReal t, PetscReal 
   PetscCall(TSSolve(ts, j->fine.w));
   PetscCall(VecGetArrayRead(run->w, &a));
   PetscCall(VecGetArrayRead(j->fine.w, &b));
-  for (PetscInt i = 0; i < ((SlipModel)run->model)->ops->n; ++i) difference[i] = a[i] - b[i];
+  for (PetscInt i = 0; i < model->ops->n; ++i) difference[i] = a[i] - b[i];
   PetscCall(VecRestoreArrayRead(j->fine.w, &b));
   PetscCall(VecRestoreArrayRead(run->w, &a));
-  *effect = LEAVE_WEIGHT * Distance((SlipModel)run->model, difference);
+  /* the norm of the difference over that of the start */
+  *effect =
+    LEAVE_WEIGHT * (model->ops->n == 1
+                      ? PetscAbsReal(difference[0] / model->start[0])
+                      : PetscSqrtReal(SlipModelEnergy(model, difference) / SlipModelEnergy(model, model->start)));
   PetscCall(VecCopy(run->w, j->before));
   PetscCall(TSBatheGetReaction(run->ts, &r));
   PetscCall(VecCopy(r, j->reaction));
@@ -201,7 +190,7 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 
   PetscFunctionBegin;
   if (!j) PetscFunctionReturn(PETSC_SUCCESS);
-  if (j->effects) PetscCall(j->o->problem->destroy(&j->fine));
+  if (j->effects) PetscCall(Destroy(&j->fine));
   PetscCall(VecDestroy(&j->before));
   PetscCall(VecDestroy(&j->reaction));
   PetscCall(PetscFree(*judge));
@@ -213,7 +202,7 @@ static PetscErrorCode JudgeDestroy(EnvJudge *judge)
 #define SMALL_PROBLEM(Model, rtol_, atol_, unit)                                                                       \
   .model = &Slip##Model##Ops, .cma = &CMASmall, .evaluation = &Evaluation##Model, PROBLEM_DRAWS(Model##Draws),         \
   .apply = Apply##Model, .presets = Model##Presets, .rtol = rtol_, .atol = atol_, .atol_unit = unit,                   \
-  PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), PROBLEM_FUNCTIONS(Create)
+  PROBLEM_ERRORS("relative L2 norm", "relative L2 norm, the run linear between its steps"), PROBLEM_FUNCTIONS
 
 enum { SLIDING_AMPLITUDE, SLIDING_START, SLIDING_DURATION, SLIDING_COUNT };
 static const DrawRow SlidingModeDraws[SLIDING_COUNT] = {

@@ -45,14 +45,6 @@ static PetscErrorCode CellsGet(SlipFault fault, Cells *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CellsFree(Cells *c)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree3(c->x, c->y, c->z));
-  for (PetscInt k = 0; k < FIELDS; ++k) PetscCall(PetscFree(c->field[k]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- what is drawn ---- */
 
 /* Numbers and words of a fault, the same for both of its makings */
@@ -60,18 +52,6 @@ typedef struct {
   PetscReal value[FAMILY_MAX_LINES];
   const char *word[FAMILY_MAX_LINES]; /* NULL: a number */
 } Values;
-
-static void DrawValues(const Family *family, Random *random, Values *v)
-{
-  for (PetscInt i = 0; i < family->n; ++i) {
-    const FamilyLine *line = &family->line[i];
-
-    v->word[i] = line->nchoices ? FamilyChoose(line, random) : NULL;
-    v->value[i] = line->nchoices ? 0 : FamilyDraw(line, random);
-    if (!strcmp(line->name, "fault_nx") || !strcmp(line->name, "fault_nz"))
-      v->value[i] = PetscFloorReal(v->value[i] + (PetscReal)0.5);
-  }
-}
 
 static PetscReal Value(const Family *family, const Values *v, const char name[], PetscReal other)
 {
@@ -181,7 +161,14 @@ PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random)
   Values v;
 
   PetscFunctionBegin;
-  DrawValues(family, random, &v);
+  for (PetscInt i = 0; i < family->n; ++i) {
+    const FamilyLine *line = &family->line[i];
+
+    v.word[i] = line->nchoices ? FamilyChoose(line, random) : NULL;
+    v.value[i] = line->nchoices ? 0 : FamilyDraw(line, random);
+    if (!strcmp(line->name, "fault_nx") || !strcmp(line->name, "fault_nz"))
+      v.value[i] = PetscFloorReal(v.value[i] + (PetscReal)0.5);
+  }
   e->margin = Value(family, &v, "margin", (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random)));
   e->end = Value(family, &v, "duration", 0);
   PetscCall(MakeFault(family, &v, PETSC_TRUE, &first));
@@ -195,6 +182,7 @@ PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random)
     if (cells.field[k]) PetscCall(SlipFaultSetField(e->fault, Fields[k], cells.n, cells.field[k]));
   PetscCall(SlipFaultSetUp(e->fault));
   e->n = cells.n;
-  PetscCall(CellsFree(&cells));
+  PetscCall(PetscFree3(cells.x, cells.y, cells.z));
+  for (PetscInt k = 0; k < FIELDS; ++k) PetscCall(PetscFree(cells.field[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,6 @@
 #pragma once
 #include "common/table.h"
 #include "environment/cmaproblem.h"
-#include "environment/family.h"
 #include <slipstep/rooms.h>
 
 enum { RUN_EVENTS = 6 }; /* of a run that are kept */
@@ -14,7 +13,7 @@ typedef struct {
   Table course;                        /* rows of SlipCourseNode, of mean slip and rate */
   PetscReal *slip;                     /* [RunKind.slips][n] final; or what the kind says [m] */
   PetscReal *passed;                   /* [n] when its slip passed the episode's level, negative: it did not [s] */
-  PetscInt events, ended;              /* that began, and ended */
+  PetscInt events;                     /* that began */
   PetscReal begin[RUN_EVENTS];         /* of the events: the first cell becomes fast, */
   PetscReal over[RUN_EVENTS];          /* and the last one slow [s] */
   PetscInt solves, attempts, rejected; /* steps at rest take no solve */
@@ -45,21 +44,19 @@ typedef struct {
 typedef struct {
   RunEpisode *e;
   RunResult *r;
-  PetscInt events;         /* after which it ends; 0: never */
   PetscReal *before;       /* [2 n] slip and rate of each cell at the last step */
   PetscReal last, rate;    /* of the last step: [s], fastest cell [m/s] */
   PetscBool within, armed; /* an event lasts; all cells were slow since the last */
 } RunWatch;
 
 /* What a run is to do: under the policy with its dial at the setting, or under a controller of the type with the
-   tolerance setting; type adams/pi: as TSADAMS */
+   tolerance setting */
 typedef struct {
   SlipPolicy policy;
   TSAdaptType type;
   PetscReal setting;
-  PetscReal end;   /* [s] */
-  PetscInt most;   /* accepted steps */
-  PetscInt events; /* after which it ends; 0: never */
+  PetscReal end; /* [s] */
+  PetscInt most; /* accepted steps */
 } RunRequest;
 
 struct _RunKind {
@@ -67,9 +64,7 @@ struct _RunKind {
   TSType type;       /* NULL: as the fault has it */
   PetscInt column;   /* of the state: the slip of cells, whose mean makes the course; 0: there is no course */
   PetscInt slips;    /* of each cell that a run keeps, RunResult.slip */
-  PetscInt events;   /* after which a run ends; 0: not by them */
   PetscBool bounded; /* slip between steps, a cubic, is taken to be monotonous where a level is passed */
-  PetscBool early;   /* a run is good wherever its steps end */
   /* A fault, set up, of n cells, and what else of the episode is drawn with it */
   PetscErrorCode (*draw)(RunEpisode *e, Random *random);
   /* Its end, reference and usual solves; good: it is worth learning from */
@@ -81,16 +76,18 @@ struct _RunKind {
   PetscErrorCode (*compare)(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error);
   PetscInt most;        /* steps of classical controllers; 0: the episode's */
   const char *expected; /* of a family: what its faults shall do */
-  PetscBool work;       /* a run costs its work, not its solves: e->work is set */
   PetscReal lost;       /* cost of a run that did not end; 0: no policy of the kind is trained, and no run has a cost */
   PetscReal free;       /* errors up to this share of the dial cost nothing, */
   PetscReal steep;      /* larger ones this power of them, */
   PetscReal worst;      /* up to so many times that; the error of a run that did not end */
 };
 
-PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence, RunCycles;
+PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence;
 
 /* ---- runs.c ---- */
+PETSC_INTERN PetscErrorCode RunSetController(TS ts, TSAdaptType type, PetscReal rtol); /* a classical one */
+/* A controller may drive a run anywhere: an error of the library's is a run that was not solved. */
+PETSC_INTERN PetscErrorCode RunSolve(TS ts, Vec w, PetscBool *solved);
 /* Of a seed: draws are repeated until one is good */
 PETSC_INTERN PetscErrorCode RunEpisodeCreate(const RunKind *kind, const Family *family, PetscInt larger, uint64_t seed,
                                              RunEpisode **e);
@@ -111,10 +108,9 @@ PETSC_INTERN PetscReal RunPassedError(const RunEpisode *e, const RunResult *r, P
 /* The functions of a problem's row */
 PETSC_INTERN PetscErrorCode RunsCreate(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);
 PETSC_INTERN PetscErrorCode RunsDestroy(void **episode);
-/* The cost: logarithm of the solves or work over the usual ones, and of what the error is beyond the dial */
+/* The cost: logarithm of the work over the usual one, and of what the error is beyond the dial */
 PETSC_INTERN PetscErrorCode RunsRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *r);
 PETSC_INTERN PetscErrorCode RunsClassical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *r);
-PETSC_INTERN PetscErrorCode RunsSay(const CMAScore *score, char text[], size_t len);
 /* What the rows of these problems have in common */
 #define RUNS                                                                                                           \
   .seed = RandomStreamHashed, .first = 1, .start_counts = PETSC_TRUE, .measure = "history", .destroy = RunsDestroy,    \
@@ -145,10 +141,7 @@ PETSC_INTERN PetscErrorCode RunDrawWeakening(Random *random, const RunWeakening 
    the correlation's [cells]; field [nx nz] */
 PETSC_INTERN void RunDrawField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[]);
 
-/* An event begins, or is over: the run ends where it has as many as are asked for */
-PETSC_INTERN PetscErrorCode RunCountEvent(const RunWatch *watch, TS ts, PetscInt *count);
-
-/* ---- injectiondraw.c ---- */
+/* ---- injection.c ---- */
 PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
 #define RUN_INJECTION_TYPE TSADAPTHEURISTIC /* of the reference */
 #define RUN_INJECTION_RTOL 1e-5
@@ -156,5 +149,3 @@ PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
 PETSC_INTERN PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random);
 /* ---- rupture.c ---- */
 #define RUN_RUPTURE_RTOL 1e-5 /* of the reference, by pi */
-/* ---- cyclesdraw.c: of rate and state, not set up ---- */
-PETSC_INTERN PetscErrorCode CyclesDraw(RunEpisode *e, Random *random, PetscReal *side); /* the longer one [m] */

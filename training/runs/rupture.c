@@ -16,83 +16,48 @@
 
 static const PetscInt Meshes[][2] = {{12, 6}, {16, 6}, {10, 10}, {16, 8}, {24, 4}, {20, 6}};
 
-/* ---- a fault ---- */
-
-typedef struct {
-  PetscInt nx, nz;
-  double side, stress; /* [m], [Pa] */
-  RunWeakening weakening;
-  double share, patch[3];   /* of the drop; x, z, radius [cells] */
-  double thickness;         /* [m] */
-  PetscBool inertia, exact; /* exact: viscosity by the square root */
-} Draw;
-
-static void DrawFault(Random *random, PetscInt larger, Draw *d)
+/* Some begin with inertia, of these some with viscosity by the square root. */
+static PetscErrorCode DrawRupture(RunEpisode *e, Random *random)
 {
   const PetscInt *mesh = Meshes[RandomIndex(random, PETSC_STATIC_ARRAY_LENGTH(Meshes))];
-  const double kind = RandomUniform(random);
-
-  d->nx = larger * mesh[0];
-  d->nz = larger * mesh[1];
-  d->side = RandomLog(random, 100, 1000);
-  d->stress = RandomLog(random, 15e6, 100e6);
-  d->weakening.drop = RandomLog(random, 0.05, 0.3);
-  d->weakening.weakening = RandomLog(random, 0.2, 0.8);
-  d->weakening.scatter = 0.3 * RandomUniform(random);
-  d->weakening.length = RandomLog(random, 2, 8);
-  d->share = 0.45 + 0.3 * RandomUniform(random);
-  d->patch[2] = (1.2 + 1.3 * RandomUniform(random)) * 0.58 / (RUN_CELL_STIFFNESS * d->weakening.weakening) + 0.8;
-  d->patch[0] = RandomUniform(random) * (double)d->nx;
-  d->patch[1] = RandomUniform(random) * (double)d->nz;
-  d->thickness = RandomLog(random, 0.3, 1) * d->side * (double)PetscMax(d->nx, d->nz);
-  d->inertia = kind < 0.3 ? PETSC_TRUE : PETSC_FALSE;
-  d->exact = kind < 0.1 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
-{
-  const RunOption rows[] = {{"thickness", d->thickness, NULL},
-                            {"friction_residual", RESIDUAL, NULL},
-                            {"initial", 0, "traction"},
-                            {"initial_unstable", 0, "yes"},
-                            {"inertia", 0, d->inertia ? "yes" : "no"},
-                            {"viscosity", 0, d->exact ? "sqrtm" : "radiation"}};
-
-  return RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows);
-}
-
-static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
-{
-  const PetscInt n = d->nx * d->nz;
+  const PetscInt nx = e->larger * mesh[0], nz = e->larger * mesh[1], n = nx * nz;
+  const double kind = RandomUniform(random), side = RandomLog(random, 100, 1000),
+               normal = RandomLog(random, 15e6, 100e6); /* [m], [Pa] */
+  RunWeakening w;
+  double share, patch[3], thickness; /* of the drop; x, z, radius [cells]; [m] */
   PetscReal *drop, *stress;
 
   PetscFunctionBegin;
+  w.drop = RandomLog(random, 0.05, 0.3);
+  w.weakening = RandomLog(random, 0.2, 0.8);
+  w.scatter = 0.3 * RandomUniform(random);
+  w.length = RandomLog(random, 2, 8);
+  share = 0.45 + 0.3 * RandomUniform(random);
+  patch[2] = (1.2 + 1.3 * RandomUniform(random)) * 0.58 / (RUN_CELL_STIFFNESS * w.weakening) + 0.8;
+  patch[0] = RandomUniform(random) * (double)nx;
+  patch[1] = RandomUniform(random) * (double)nz;
+  thickness = RandomLog(random, 0.3, 1) * side * (double)PetscMax(nx, nz);
+  const RunOption rows[] = {{"thickness", thickness, NULL},
+                            {"friction_residual", RESIDUAL, NULL},
+                            {"initial", 0, "traction"},
+                            {"initial_unstable", 0, "yes"},
+                            {"inertia", 0, kind < 0.3 ? "yes" : "no"},
+                            {"viscosity", 0, kind < 0.1 ? "sqrtm" : "radiation"}};
+
+  PetscCall(RunNewFault(e, nx, nz, side, normal));
+  PetscCall(RunSetOptions(e->fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows));
   PetscCall(PetscMalloc2(n, &drop, n, &stress));
-  PetscCall(RunDrawWeakening(random, &d->weakening, d->nx, d->nz, d->side, d->stress, fault, drop, stress));
+  PetscCall(RunDrawWeakening(random, &w, nx, nz, side, normal, e->fault, drop, stress));
   for (PetscInt i = 0; i < n; i++) {
-    const double x = (double)(i % d->nx) + 0.5 - d->patch[0], z = (double)(i / d->nx) + 0.5 - d->patch[1];
-    double strength;
+    const double x = (double)(i % nx) + 0.5 - patch[0], z = (double)(i / nx) + 0.5 - patch[1],
+                 strength = (RESIDUAL + (double)drop[i]) * normal;
 
-    strength = (RESIDUAL + (double)drop[i]) * d->stress;
-    stress[i] =
-      (PetscReal)(d->stress * (RESIDUAL + d->share * (1 + d->weakening.scatter * (double)stress[i]) * (double)drop[i]));
+    stress[i] = (PetscReal)(normal * (RESIDUAL + share * (1 + w.scatter * (double)stress[i]) * (double)drop[i]));
     stress[i] = PetscMin(stress[i], (PetscReal)(FULL * strength));
-    if (hypot(x, z) < d->patch[2]) stress[i] = (PetscReal)(UNSTABLE * strength);
+    if (hypot(x, z) < patch[2]) stress[i] = (PetscReal)(UNSTABLE * strength);
   }
-  PetscCall(SlipFaultSetField(fault, "initial_traction", n, stress));
+  PetscCall(SlipFaultSetField(e->fault, "initial_traction", n, stress));
   PetscCall(PetscFree2(drop, stress));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode DrawRupture(RunEpisode *e, Random *random)
-{
-  Draw d;
-
-  PetscFunctionBegin;
-  DrawFault(random, e->larger, &d);
-  PetscCall(RunNewFault(e, d.nx, d.nz, d.side, d.stress));
-  PetscCall(SetNumbers(&d, e->fault));
-  PetscCall(SetFields(random, &d, e->fault));
   PetscCall(SlipFaultSetUp(e->fault));
   e->margin = (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -110,54 +75,36 @@ static PetscErrorCode Compare(const RunEpisode *e, const RunResult *r, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e->reference to end, and its rise from 10 to 90 % of its slip */
-static PetscErrorCode SetReference(RunEpisode *e)
-{
-  const RunRequest tight = {NULL, TSADAPTPI, RUN_RUPTURE_RTOL, .end = e->end, .most = MOST_ATTEMPTS};
-  RunResult *r = &e->reference;
-
-  PetscFunctionBegin;
-  PetscCall(RunIntegrate(e, &tight, r));
-  if (r->good)
-    e->span = SlipCourseTime(r->course.n, RunNodes(r), (PetscReal)0.9) -
-              SlipCourseTime(r->course.n, RunNodes(r), (PetscReal)0.1);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A cell breaks at its d_c. */
-static PetscErrorCode SetLevel(RunEpisode *e)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(e->n, &e->level));
-  PetscCall(SlipFaultGetField(e->fault, "friction_slip", e->n, e->level));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The coarse run does not end where the rupture has faded, after 3 to 15 T* mostly, so that episodes are far longer
    than their ruptures: rupture.h5 was trained and measured on these. One that takes too many steps is judged by those
-   that it took. */
+   that it took. A cell breaks at its d_c. The span is the rise of the reference from 10 to 90 % of its slip. */
 static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
 {
   RunRequest coarse = {NULL, TSADAPTPI, COARSE_RTOL, .most = COARSE_STEPS};
+  RunRequest tight = {NULL, TSADAPTPI, RUN_RUPTURE_RTOL, .most = MOST_ATTEMPTS};
   PetscReal tstar;
   PetscInt broken = 0;
-  RunResult r;
+  RunResult r, *reference = &e->reference;
 
   PetscFunctionBegin;
-  PetscCall(SetLevel(e));
+  PetscCall(PetscMalloc1(e->n, &e->level));
+  PetscCall(SlipFaultGetField(e->fault, "friction_slip", e->n, e->level));
   PetscCall(SlipFaultGetTimeScale(e->fault, &tstar));
   coarse.end = LONGEST * tstar;
   PetscCall(RunIntegrate(e, &coarse, &r));
   for (PetscInt i = 0; i < e->n; i++) broken += r.passed[i] >= 0 ? 1 : 0;
-  e->end = RunNodes(&r)[r.course.n - 1].time * e->margin;
+  tight.end = e->end = RunNodes(&r)[r.course.n - 1].time * e->margin;
   e->usual = r.solves;
   e->work = r.work;
   *good = (r.good || r.course.n > COARSE_STEPS) && (PetscReal)broken >= LEAST_BROKEN * (PetscReal)e->n ? PETSC_TRUE
                                                                                                        : PETSC_FALSE;
   PetscCall(RunResultDestroy(&r));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SetReference(e));
-  *good = e->reference.good;
+  PetscCall(RunIntegrate(e, &tight, reference));
+  *good = reference->good;
+  if (*good)
+    e->span = SlipCourseTime(reference->course.n, RunNodes(reference), (PetscReal)0.9) -
+              SlipCourseTime(reference->course.n, RunNodes(reference), (PetscReal)0.1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -172,7 +119,6 @@ const RunKind RunRupture = {.size = sizeof(RunEpisode),
                             .expected =
                               "ruptures: expected one whose slip passes friction_slip in a tenth of the cells, "
                               "and then fades within 400 T*",
-                            .work = PETSC_TRUE,
                             .lost = 6,
                             .free = 0.8,
                             .steep = 2,
@@ -216,6 +162,8 @@ enum {
 };                                             /* those: of the tolerance, of the first step */
 static const PetscReal Dial[2] = {2e-3, 1e-1}; /* of the training, and of the file */
 #define UNIT 1e-2                              /* the dial at which the numbers are said */
+#define RATIO_MAX 10                           /* of steps, as basic's limits */
+#define NUMBER_SCALE 4                         /* of the numbers: they may move so much faster than weights */
 #define LINEAR 0.4                             /* slope of the unit that is the controller at the start */
 #define DRAWN 0.3                              /* standard deviation of the other units' weights */
 
@@ -262,17 +210,38 @@ static void Start(const CMAOptions *o, double w[])
   }
   bias[0] = LINEAR * TARGET;
   out[0] = 1 / LINEAR;
-  CMARatioStart(RTOL_START, RTOL_POWER, number);
-  CMARatioStart(FIRST_START, FIRST_POWER, number + 2);
+  number[0] = log(RTOL_START) / NUMBER_SCALE;
+  number[1] = RTOL_POWER / NUMBER_SCALE;
+  number[2] = log(FIRST_START) / NUMBER_SCALE;
+  number[3] = FIRST_POWER / NUMBER_SCALE;
+}
+
+/* Two numbers as attributes factor and power: factor a^power with the dial at a */
+static PetscErrorCode SetDialNumber(const double number[2], const char factor[], const char power[], SlipPolicy policy)
+{
+  const double exponent = NUMBER_SCALE * number[1];
+
+  PetscFunctionBegin;
+  PetscCall(PolicySetNumber(policy, factor, "%.6g", exp(NUMBER_SCALE * number[0]) * pow(UNIT, -exponent)));
+  PetscCall(PolicySetNumber(policy, power, "%.6g", exponent));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
 {
   const double *number = w + CMACount(o) - NUMBERS;
+  const PetscInt dial = CMAFind(o, SLIP_OBSERVES_ACCURACY);
+  PetscReal low[CMA_MAX_OBS], high[CMA_MAX_OBS]; /* of the dial; others have no range that a run could leave */
 
   PetscFunctionBegin;
-  PetscCall(CMARatioPolicy(o, number, UNIT, Dial, policy));
-  PetscCall(CMADialNumberSet(number + 2, UNIT, SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER, policy));
+  PetscCall(SlipPolicySetAction(policy, -1, 1, (PetscReal)1 / RATIO_MAX, "h", RATIO_MAX, "h", PETSC_TRUE));
+  for (PetscInt i = 0; i < o->nobs; ++i) {
+    low[i] = i == dial ? PetscLog10Real(Dial[0]) : -1000;
+    high[i] = i == dial ? PetscLog10Real(Dial[1]) : 1000;
+  }
+  PetscCall(SlipPolicySetRange(policy, low, high));
+  PetscCall(SetDialNumber(number, SLIP_POLICY_RTOL_FACTOR, SLIP_POLICY_RTOL_POWER, policy));
+  PetscCall(SetDialNumber(number + 2, SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER, policy));
   PetscCall(PolicySetNumber(policy, SLIP_POLICY_HOLD, "%.6g", 0));
   PetscCall(PolicySetNumber(policy, SLIP_POLICY_CEILING, "%.6g", CEILING));
   /* as of the file: by it runs with inertia take explicit steps */
@@ -280,23 +249,13 @@ static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy p
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
+static PetscErrorCode Say(const CMAScore *score, char text[], size_t len)
 {
-  CMADialRange(o, Dial, low, high);
-}
-
-/* Mean over the cells that break of their final slip [d_c] */
-static PetscReal Slipped(const RunEpisode *e)
-{
-  PetscReal sum = 0;
-  PetscInt broken = 0;
-
-  for (PetscInt i = 0; i < e->n; ++i)
-    if (e->reference.passed[i] >= 0) {
-      sum += e->reference.slip[i] / e->level[i];
-      broken++;
-    }
-  return broken ? sum / (PetscReal)broken : 0;
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(text, len, "cost %7.4f  dial kept %3.0f %%  solves %6.1f  error/dial %6.3f",
+                          (double)score->cost, 100 * (double)score->within, (double)score->solves,
+                          (double)score->error));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Some faults larger, as fronts run farther there; and fewer of those that hardly slip, of which every third would be
@@ -316,27 +275,26 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
   while (!kept) {
     const double size = RandomUniform(&random);
     const PetscInt larger = size < SHARE_3 ? 3 : size < SHARE_3 + SHARE_2 ? 2 : 1;
+    PetscReal slip = 0; /* of the cells that break [d_c] */
+    PetscInt broken = 0;
 
     PetscCall(RunEpisodeCreate(&RunRupture, NULL, larger, random.s[0], &e));
-    kept = Slipped(e) >= LITTLE || RandomUniform(&random) < KEPT ? PETSC_TRUE : PETSC_FALSE;
+    for (PetscInt i = 0; i < e->n; ++i)
+      if (e->reference.passed[i] >= 0) {
+        slip += e->reference.slip[i] / e->level[i];
+        broken++;
+      }
+    kept = slip / (PetscReal)PetscMax(broken, 1) >= LITTLE || RandomUniform(&random) < KEPT ? PETSC_TRUE : PETSC_FALSE;
     if (!kept) PetscCall(RunEpisodeDestroy(&e));
   }
   *episode = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const CMAProblem CMARuptures = {RUNS,
-                                       .episodes = "faults",
-                                       .stream = 7,
-                                       .dial = CMA_DIAL_SPREAD,
-                                       .runs = &RunRupture,
-                                       .setup = SetUp,
-                                       .start = Start,
-                                       .policy = Policy,
-                                       .range = Range,
-                                       .create = Create,
-                                       .classical = RunsClassical,
-                                       .say = RunsSay};
+static const CMAProblem CMARuptures = {
+  RUNS,           .episodes = "faults", .stream = 7,      .dial = CMA_DIAL_SPREAD, .runs = &RunRupture,
+  .setup = SetUp, .start = Start,       .policy = Policy, .create = Create,        .classical = RunsClassical,
+  .say = Say};
 
 const Problem ProblemRupture = {
   .name = "rupture", .meaning = "ruptures of small faults from a given stress", .cma = &CMARuptures};

@@ -23,6 +23,73 @@
 #define RISE 0.1        /* of the slip: the duration is between this share and the rest of it */
 #define PEAK_SHARE (PetscReal)0.2
 #define MOST_SEARCHES 4 /* segments drawn from one fault before another one is */
+#define MOST_PASS 4     /* events before the segments */
+
+#define RESIDUAL 0.5 /* friction after all weakening */
+#define FULL 0.97    /* the stress at the start is at most this share of the strength */
+#define LEAST 0.1    /* of a field, over its mean */
+
+static const PetscInt Meshes[][2] = {{1, 1}, {4, 3}, {6, 3}, {8, 4}, {10, 5}, {12, 6}, {16, 8}};
+static const double Chances[] = {0.15, 0.2, 0.2, 0.15, 0.1, 0.1, 0.1}; /* of these */
+
+/* Of faults that are loaded, weaken with slip and heal */
+static PetscErrorCode Draw(RunEpisode *e, Random *random)
+{
+  double chance = RandomUniform(random), side, normal, share, rate, heals, thickness, stressing;
+  PetscBool linear, by_stress, half_space, inertia;
+  PetscInt k = 0, nx, nz, n;
+  PetscReal *drop, *stress;
+  RunWeakening w;
+
+  PetscFunctionBegin;
+  while (k + 1 < (PetscInt)PETSC_STATIC_ARRAY_LENGTH(Meshes) && chance >= Chances[k]) chance -= Chances[k++];
+  nx = Meshes[k][0];
+  nz = Meshes[k][1];
+  n = nx * nz;
+  side = RandomLog(random, 300, 3000);     /* [m] */
+  normal = RandomLog(random, 15e6, 100e6); /* [Pa] */
+  w.drop = RandomLog(random, 0.05, 0.2);
+  w.weakening = RandomLog(random, 0.5, 4);
+  if (nx == 1) w.weakening = RandomLog(random, 1.3, 4); /* it is stable otherwise */
+  w.scatter = RandomUniform(random) < 0.2 ? 0 : 0.3 * RandomUniform(random);
+  w.length = RandomLog(random, 1, 6);
+  share = 0.3 + 0.6 * RandomUniform(random); /* of the drop, at the start */
+  rate = RandomLog(random, 1e-10, 1e-8);     /* of loading [m/s] */
+  /* time, over that in which loading makes up for the drop; 0: never */
+  heals = RandomUniform(random) < 0.1 ? 0 : RandomLog(random, 0.003, 0.3);
+  thickness = RandomLog(random, 0.3, 1) * side * (double)PetscMax(nx, nz);
+  linear = RandomUniform(random) < 0.3 ? PETSC_TRUE : PETSC_FALSE;
+  by_stress = RandomUniform(random) < 0.2 ? PETSC_TRUE : PETSC_FALSE;
+  half_space = RandomUniform(random) < 0.3 ? PETSC_TRUE : PETSC_FALSE;
+  inertia = RandomUniform(random) < 0.25 ? PETSC_TRUE : PETSC_FALSE;
+  ((SequenceEpisode *)e)->pass = heals > 0 ? 1 + (PetscInt)RandomIndex(random, MOST_PASS) : 0;
+  /* the rate at which loading stresses a cell by itself [Pa/s] */
+  stressing = RUN_CELL_STIFFNESS * RUN_SHEAR / (side * (double)PetscMin(nx, nz)) * rate;
+  const RunOption rows[] = {{"thickness", thickness, NULL},
+                            {"friction_residual", RESIDUAL, NULL},
+                            {"loading_rate", by_stress ? 0 : rate, NULL},
+                            {"stressing_rate", by_stress ? stressing : 0, NULL},
+                            {"healing_time", heals * (w.drop * normal / stressing), NULL},
+                            {"initial", 0, "traction"},
+                            {"viscosity", 0, "radiation"},
+                            {"kernel", 0, half_space ? "half_space" : "full_space"},
+                            {"friction_law", 0, linear ? "linear_slip_weakening" : "exponential_slip_weakening"},
+                            {"inertia", 0, inertia ? "yes" : "no"}};
+
+  PetscCall(RunNewFault(e, nx, nz, side, normal));
+  PetscCall(RunSetOptions(e->fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows));
+  PetscCall(PetscMalloc2(n, &drop, n, &stress));
+  PetscCall(RunDrawWeakening(random, &w, nx, nz, side, normal, e->fault, drop, stress));
+  for (PetscInt i = 0; i < n; i++) {
+    stress[i] = (PetscReal)(share * PetscMax(1 + w.scatter * (double)stress[i], LEAST));
+    stress[i] = (PetscReal)normal * (RESIDUAL + stress[i] * drop[i]);
+    stress[i] = PetscMin(stress[i], (PetscReal)(FULL * normal) * (RESIDUAL + drop[i]));
+  }
+  PetscCall(SlipFaultSetField(e->fault, "initial_traction", n, stress));
+  PetscCall(PetscFree2(drop, stress));
+  PetscCall(SlipFaultSetUp(e->fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* A step to time t, where the fastest cell has the rate: when an event began in it, or the last cell became slow;
    negative: not so */
@@ -57,30 +124,6 @@ typedef struct {
   PetscBool good;
 } Survey;
 
-static PetscErrorCode AppendState(Survey *s, PetscReal t, const PetscReal a[])
-{
-  PetscReal *row;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(s->state.width, &row));
-  row[0] = t;
-  PetscCall(PetscArraycpy(row + 1, a, s->state.width - 1));
-  PetscCall(TableAdd(&s->state, row));
-  PetscCall(PetscFree(row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The event that begins now follows another one too soon: the next one may do. */
-static PetscErrorCode TryNext(Survey *s)
-{
-  PetscFunctionBegin;
-  PetscCall(TableClear(&s->state));
-  s->wanted = s->passed + 1;
-  s->over = -1;
-  s->fastest = 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Look(RunWatch *watch, TS ts, PetscInt step, PetscReal t, PetscReal rate, const PetscReal a[])
 {
   Survey *s = (Survey *)watch->e;
@@ -91,7 +134,12 @@ static PetscErrorCode Look(RunWatch *watch, TS ts, PetscInt step, PetscReal t, P
   EventsStep(watch, t, rate, &began, &slow);
   if (began >= 0) {
     if (s->passed == 0) s->opening = began;
-    if (s->passed == s->wanted + 1 || (s->passed == s->wanted && s->state.n < 2)) PetscCall(TryNext(s));
+    if (s->passed == s->wanted + 1 || (s->passed == s->wanted && s->state.n < 2)) { /* too soon: the next one may do */
+      PetscCall(TableClear(&s->state));
+      s->wanted = s->passed + 1;
+      s->over = -1;
+      s->fastest = 0;
+    }
     if (s->passed == s->wanted) {
       s->onset = began;
       s->interval = s->passed ? (began - s->opening) / (PetscReal)s->passed : began;
@@ -100,7 +148,15 @@ static PetscErrorCode Look(RunWatch *watch, TS ts, PetscInt step, PetscReal t, P
   }
   if (slow >= 0) s->over = slow;
   if (s->passed == s->wanted && !watch->within && !s->state.n) s->quiet = t;
-  if ((s->passed == s->wanted && !watch->within) || s->passed == s->wanted + 1) PetscCall(AppendState(s, t, a));
+  if ((s->passed == s->wanted && !watch->within) || s->passed == s->wanted + 1) {
+    PetscReal *row;
+
+    PetscCall(PetscMalloc1(s->state.width, &row));
+    row[0] = t;
+    PetscCall(PetscArraycpy(row + 1, a, s->state.width - 1));
+    PetscCall(TableAdd(&s->state, row));
+    PetscCall(PetscFree(row));
+  }
   if (s->passed == s->wanted + 1) {
     s->fastest = PetscMax(s->fastest, rate);
     if (!watch->within && t > s->over + QUIET * s->interval) {
@@ -112,23 +168,6 @@ static PetscErrorCode Look(RunWatch *watch, TS ts, PetscInt step, PetscReal t, P
 }
 
 static const RunKind RunSurvey = {.size = sizeof(Survey), .follow = Look};
-
-static PetscErrorCode SurveyFault(const SequenceEpisode *e, Survey *s)
-{
-  const RunRequest request = {NULL, TSADAPTDSP, (PetscReal)SURVEY_RTOL, .end = PETSC_MAX_REAL / 2,
-                              .most = SURVEY_STEPS};
-  RunResult r;
-
-  PetscFunctionBegin;
-  *s = (Survey){.base = {.kind = &RunSurvey, .fault = e->base.fault, .n = e->base.n},
-                .wanted = e->pass,
-                .over = -1,
-                .state = {.width = 1 + 3 * e->base.n}};
-  PetscCall(RunIntegrate(&s->base, &request, &r));
-  if (!r.good || s->fastest < CLEAR * EVENT_RATE) s->good = PETSC_FALSE;
-  PetscCall(RunResultDestroy(&r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static const PetscReal *Row(const Survey *s, PetscInt k)
 {
@@ -164,25 +203,6 @@ static PetscErrorCode Follow(RunWatch *watch, TS ts, PetscInt step, PetscReal t,
   if (began >= 0 && r->events++ == 0) r->begin[0] = began;
   if (slow >= 0) r->over[0] = slow;
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscReal FieldError(const RunEpisode *e, const RunResult *r, PetscReal *mean)
-{
-  PetscReal sum = 0;
-
-  *mean = 0;
-  for (PetscInt i = 0; i < e->n; i++) {
-    const PetscReal d = r->slip[i] - e->reference.slip[i];
-
-    sum += PetscSqr(d) / (PetscReal)e->n;
-    *mean += d / (PetscReal)e->n;
-  }
-  return PetscSqrtReal(sum);
-}
-
-static PetscReal PeakOf(const RunResult *r)
-{
-  return SlipCoursePeak(r->course.n, RunNodes(r));
 }
 
 /* Of a course at a time between its first and last node: a cubic of slips and rates */
@@ -227,7 +247,7 @@ static PetscErrorCode Compare(const RunEpisode *base, const RunResult *r, PetscR
 {
   const SequenceEpisode *e = (const SequenceEpisode *)base;
   const RunResult *ref = &base->reference;
-  PetscReal mean, rise, of_reference;
+  PetscReal sum = 0, mean = 0, rise, of_reference;
 
   PetscFunctionBegin;
   *most = 1;
@@ -235,10 +255,18 @@ static PetscErrorCode Compare(const RunEpisode *base, const RunResult *r, PetscR
   PetscCall(Rise(r, &rise));
   PetscCall(Rise(ref, &of_reference));
   error[SEGMENT_ERROR_ONSET] = e->kind == SEGMENT_WITHIN ? 0 : PetscAbsReal(r->begin[0] - ref->begin[0]) / base->span;
-  error[SEGMENT_ERROR_SLIP] = FieldError(base, r, &mean) / e->size;
+  for (PetscInt i = 0; i < base->n; i++) {
+    const PetscReal d = r->slip[i] - ref->slip[i];
+
+    sum += PetscSqr(d) / (PetscReal)base->n;
+    mean += d / (PetscReal)base->n;
+  }
+  error[SEGMENT_ERROR_SLIP] = PetscSqrtReal(sum) / e->size;
   error[SEGMENT_ERROR_MOMENT] = PetscAbsReal(mean) / e->mean;
   error[SEGMENT_ERROR_DURATION] = PetscAbsReal(rise / of_reference - 1);
-  error[SEGMENT_ERROR_PEAK] = PEAK_SHARE * PetscAbsReal(PeakOf(r) / PeakOf(ref) - 1);
+  error[SEGMENT_ERROR_PEAK] =
+    PEAK_SHARE *
+    PetscAbsReal(SlipCoursePeak(r->course.n, RunNodes(r)) / SlipCoursePeak(ref->course.n, RunNodes(ref)) - 1);
   *most = 0;
   for (PetscInt i = 0; i < SEGMENT_NUM_ERRORS; i++) *most = PetscMax(*most, error[i]);
   *most = PetscMin(*most, 1);
@@ -315,7 +343,9 @@ static PetscErrorCode JudgeSegment(SequenceEpisode *segment, PetscBool *good)
 /* Some segments of one fault are tried. */
 static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
 {
+  const RunRequest survey = {NULL, TSADAPTDSP, (PetscReal)SURVEY_RTOL, .end = PETSC_MAX_REAL / 2, .most = SURVEY_STEPS};
   SequenceEpisode *segment = (SequenceEpisode *)e;
+  RunResult r;
   Survey s;
 
   PetscFunctionBegin;
@@ -331,10 +361,16 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
     PetscReal healing;
 
     PetscCall(SlipFaultGetReal(e->fault, "healing_time", &healing));
-    segment->pass = healing > 0 ? 1 + (PetscInt)RandomIndex(&segment->random, SEQUENCE_MOST_PASS) : 0;
+    segment->pass = healing > 0 ? 1 + (PetscInt)RandomIndex(&segment->random, MOST_PASS) : 0;
   }
   *good = PETSC_FALSE;
-  PetscCall(SurveyFault(segment, &s));
+  s = (Survey){.base = {.kind = &RunSurvey, .fault = e->fault, .n = e->n},
+               .wanted = segment->pass,
+               .over = -1,
+               .state = {.width = 1 + 3 * e->n}};
+  PetscCall(RunIntegrate(&s.base, &survey, &r));
+  if (!r.good || s.fastest < CLEAR * EVENT_RATE) s.good = PETSC_FALSE;
+  PetscCall(RunResultDestroy(&r));
   for (PetscInt i = 0; i < MOST_SEARCHES && s.good && !*good; i++) {
     PetscCall(ChooseStart(&s, segment));
     PetscCall(JudgeSegment(segment, good));
@@ -350,13 +386,12 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
 const RunKind RunSequence = {.size = sizeof(SequenceEpisode),
                              .column = 1,
                              .slips = 1,
-                             .draw = SequenceDraw,
+                             .draw = Draw,
                              .judge = Judge,
                              .follow = Follow,
                              .compare = Compare,
                              .expected = "has an event to learn from: expected one that is loaded until its cells slip "
                                          "faster than 2 mm/s, and then rests",
-                             .work = PETSC_TRUE,
                              .worst = 4};
 
 /* ---- the problem: no policy of it is trained ---- */

@@ -29,6 +29,3 @@ typedef struct {
   PetscReal size;   /* root mean square slip of the event [m] */
   PetscReal mean;   /* and its mean [m] */
 } SequenceEpisode;
-
-enum { SEQUENCE_MOST_PASS = 4 }; /* events before the segments */
-PETSC_INTERN PetscErrorCode SequenceDraw(RunEpisode *e, Random *random);

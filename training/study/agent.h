@@ -1,7 +1,16 @@
 /* The learner where a policy would stand: acts, stores what came of it, takes one gradient step per environment step.
    It knows no environment: observations in, action in [-1, 1] out. */
 #pragma once
-#include "replay.h"
+#include "learner.h"
+
+/* A ring of transitions, sampled uniformly with replacement. done: 1 when the episode truly ended (no bootstrapping), 0
+   also when it was merely cut off */
+typedef struct {
+  PetscInt obs;
+  PetscInt64 capacity, size, next; /* transitions held at most, held now; where the next one goes */
+  Scalar *data;                    /* [capacity][2 obs + 3]: obs, next_obs, action, reward, done */
+} Replay;
+PETSC_INTERN PetscInt ReplayWidth(const Replay *r);
 
 typedef struct {
   const Learner *learner;
@@ -22,7 +31,7 @@ typedef struct {
   Batch batch;
   Scalar *obs, *next_obs; /* scaled observations of the transition under way */
   Scalar action;
-  PetscBool pending; /* obs and action await their outcome */
+  PetscBool pending; /* obs and action await their outcome; no: the action will not be carried out */
 } Agent;
 
 PETSC_INTERN PetscErrorCode AgentCreate(const AgentOptions *o, uint64_t seed, Agent *a);
@@ -33,5 +42,3 @@ PETSC_INTERN PetscReal AgentAct(Agent *a, const PetscReal obs[], PetscBool explo
 /* The outcome of the last exploring action: stores the transition and learns. Without a pending action nothing
    happens. */
 PETSC_INTERN void AgentLearn(Agent *a, const PetscReal next_obs[], PetscReal reward, PetscBool terminated);
-/* The last action will not be carried out. */
-PETSC_INTERN void AgentForget(Agent *a);

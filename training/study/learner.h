@@ -15,7 +15,6 @@ typedef struct {
   PetscInt quantiles;                                 /* per critic (TQC) */
   PetscInt drop;                                      /* largest target quantiles left out, per critic (TQC) */
   PetscInt batch;                                     /* B, samples in a gradient step */
-  PetscBool gaussian;                                 /* TQC: a standard deviation per observation instead of gSDE */
   PetscReal lr, gamma, tau;            /* learning rate of all optimisers, discount, Polyak coefficient */
   PetscReal noise;                     /* TD3: standard deviation of exploration, in [-1, 1] */
   PetscReal smoothing, smoothing_clip; /* TD3: noise of the target's action */
@@ -55,7 +54,7 @@ typedef struct {
   size_t size;      /* of what create fills */
   PetscInt critics; /* defaults */
   PetscReal lr;
-  PetscBool gsde; /* it has state-dependent exploration, and by default; otherwise Gaussian only */
+  PetscBool clamp; /* the last layer of the policy is cut at -2 and 2 */
   PetscErrorCode (*create)(const LearnerOptions *o, Random *r, void *learner);
   PetscErrorCode (*destroy)(void *learner);
   /* Action in [-1, 1] at obs [O]: exploring, a uniformly random one before the learner has learnt (warm-up), or the
@@ -63,9 +62,8 @@ typedef struct {
   Scalar (*act)(void *learner, const Scalar obs[], PetscBool explore, PetscBool warm_up, Random *r);
   void (*update)(void *learner, const Batch *batch, Random *r, Losses *losses);
   void (*state)(void *learner, LearnerState *s);
-  /* Layers of the deterministic policy tanh(.) within such parameters: shape, offsets as in DenseShape; clamp: the last
-     one is cut at -2 and 2. */
-  void (*policy)(void *learner, DenseShape *layers, PetscBool *clamp);
+  /* Layers of the deterministic policy tanh(.) within such parameters: shape, offsets as in DenseShape */
+  void (*policy)(void *learner, DenseShape *layers);
 } Learner;
 
 PETSC_INTERN const Learner LearnerTQC, LearnerTD3; /* rows of Learners[] in studyoptions.c */

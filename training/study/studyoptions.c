@@ -3,7 +3,6 @@
 #include "trainer.h"
 #include "common/files.h"
 #include "common/options.h"
-#include "environment/family.h"
 #include "problems/problems.h"
 
 /* What the first policies were trained with; CMA-ES takes these as they are. */
@@ -15,9 +14,12 @@ static const struct {
   {"log_energy", 0.25, 0.5},   {"log_error", 0.5, -0.5},         {"slip", 0.1, 0},
 };
 
-static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, const char *const names[])
+static PetscErrorCode SetObservations(EnvOptions *o, const char *const names[])
 {
+  PetscInt n = 0;
+
   PetscFunctionBegin;
+  while (names[n]) ++n;
   PetscCall(EnvObservationsSet(n, names, &o->nobs, o->names, o->scale, o->offset));
   for (PetscInt i = 0; i < n; ++i)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ScaleTable); ++k)
@@ -28,48 +30,35 @@ static PetscErrorCode SetObservations(EnvOptions *o, PetscInt n, const char *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetPreset(EnvOptions *o)
-{
-  const Preset *row = ProblemPreset(o->problem, o->reward->name);
-  PetscInt n = 0;
-
-  PetscFunctionBegin;
-  o->dt_min = row->dt_min;
-  o->dt_max = row->dt_max;
-  o->log_spacing = row->log_spacing;
-  PetscCall(PetscStrncpy(o->dt_min_unit, row->dt_min_unit, sizeof(o->dt_min_unit)));
-  PetscCall(PetscStrncpy(o->dt_max_unit, row->dt_max_unit, sizeof(o->dt_max_unit)));
-  while (row->names[n]) ++n;
-  PetscCall(SetObservations(o, n, row->names));
-  o->rtol = o->problem->rtol;
-  o->atol = o->problem->atol;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptionsObject)
 {
   const char *const costs[] = {"iterations", "wall", NULL};
-  char reward[64] = "published", *names[ENV_MAX_OBS];
+  char reward[64] = "published", *names[ENV_MAX_OBS + 1];
   char low[64], high[64], atol[256];
   PetscInt n = ENV_MAX_OBS, cost = 0;
-  Family *family;
+  const Preset *preset;
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_STEPS, &e->problem));
-  PetscCall(FamilyOption(PetscOptionsObject, &family));
-  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, e->problem->name));
-  e->family = family;
+  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_STEPS, &e->problem, NULL));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-train_family", &set));
+  PetscCheck(!set, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+             "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes or tolerances");
   PetscCall(PetscOptionsString(
     "-train_reward",
     "Reward: published (S1 S2 exp(-alpha E_r), -S1 on failure), accuracy (price of an attempt plus alpha times the "
-    "effect of the step on the errors of the whole run), balanced (likewise, with half the cube root of alpha) or "
-    "dial (that of -train_algorithm cmaes, step by step; -train_problem fault_dial)",
+    "effect of the step on the errors of the whole run) or balanced (likewise, with half the cube root of alpha)",
     NULL, reward, reward, sizeof(reward), NULL));
   PetscCall(RewardFind(reward, &e->reward));
-  PetscCheck(!e->reward->needs_dial || e->problem->has_dial, PETSC_COMM_WORLD, PETSC_ERR_SUP,
-             "-train_reward %s needs a problem with an accuracy dial: -train_problem fault_dial", reward);
-  PetscCall(SetPreset(e));
+  preset = ProblemPreset(e->problem, e->reward->name);
+  e->dt_min = preset->dt_min;
+  e->dt_max = preset->dt_max;
+  e->log_spacing = preset->log_spacing;
+  PetscCall(PetscStrncpy(e->dt_min_unit, preset->dt_min_unit, sizeof(e->dt_min_unit)));
+  PetscCall(PetscStrncpy(e->dt_max_unit, preset->dt_max_unit, sizeof(e->dt_max_unit)));
+  PetscCall(SetObservations(e, preset->names));
+  e->rtol = e->problem->rtol;
+  e->atol = e->problem->atol;
   PetscCall(OptionChoice(PetscOptionsObject, "-train_cost",
                          "Cost of an attempt in the published reward: iterations (nonlinear) or wall (time, not "
                          "reproducible)",
@@ -80,7 +69,8 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
                                     NULL, names, &n, &set));
   if (set) {
     PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "-train_observations has no value, expected names");
-    PetscCall(SetObservations(e, n, (const char *const *)names));
+    names[n] = NULL;
+    PetscCall(SetObservations(e, (const char *const *)names));
     for (PetscInt i = 0; i < n; ++i) PetscCall(PetscFree(names[i]));
   }
   PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-train_random"));
@@ -125,18 +115,15 @@ static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Networks and their training. TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns
-   the deviation. */
-static PetscErrorCode ParseLearner(const Learner *learner, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
+/* Networks and their training */
+static PetscErrorCode ParseLearner(LearnerOptions *n, SlipOptionItems PetscOptionsObject)
 {
-  const char *const noises[] = {"gsde", "gaussian", NULL};
   PetscInt hidden = 64;
   const NumberOption first[] = {
     OPTION_COUNT("-train_hidden", "Width of the hidden layers", &hidden),
     OPTION_COUNT("-train_critics", "Critics (default: tqc 5, td3 2; the published tqc policies had 2)", &n->critics),
     OPTION_COUNT("-train_quantiles", "Quantiles of each critic (tqc)", &n->quantiles),
     OPTION_COUNT("-train_batch", "Transitions in a gradient step", &n->batch)};
-  PetscInt noise = learner->gsde ? 0 : 1;
 
   PetscFunctionBegin;
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(first), first));
@@ -148,13 +135,6 @@ static PetscErrorCode ParseLearner(const Learner *learner, LearnerOptions *n, Sl
   PetscCall(ParseWidths(PetscOptionsObject, "-train_critic_network",
                         "Widths of the critics' hidden layers (default 3 of -train_hidden)", hidden, &n->critic_layers,
                         n->critic));
-  PetscCall(OptionChoice(PetscOptionsObject, "-train_noise",
-                         "Exploration: gsde (state-dependent; tqc, its default) or gaussian (tqc: of a learnt "
-                         "deviation; td3: of -train_noise_sigma)",
-                         noises, &noise));
-  n->gaussian = noise ? PETSC_TRUE : PETSC_FALSE;
-  PetscCheck(n->gaussian || learner->gsde, PETSC_COMM_SELF, PETSC_ERR_SUP,
-             "-train_noise gsde needs -train_algorithm tqc; %s has gaussian", learner->name);
   PetscCall(PetscOptionsDeprecated("-train_drop", "-train_drop_quantiles", "0.2.0", NULL));
   const NumberOption row[] = {
     OPTION_INTEGER("-train_drop_quantiles", "Largest target quantiles dropped, per critic (tqc)", &n->drop, 0,
@@ -201,7 +181,7 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
                                  .smoothing = 0.2,
                                  .smoothing_clip = 0.5,
                                  .delay = 2};
-  PetscCall(ParseLearner(a->learner, &a->networks, PetscOptionsObject));
+  PetscCall(ParseLearner(&a->networks, PetscOptionsObject));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   a->buffer = (PetscInt64)PetscMin(buffer, (PetscReal)o->steps); /* never more than the run can fill */
   a->learning_starts = (PetscInt64)starts;
@@ -285,6 +265,5 @@ PetscErrorCode TrainOptionsFree(TrainOptions *o)
 {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < o->env.nobs; ++i) PetscCall(PetscFree(o->env.names[i]));
-  PetscCall(PetscFree(o->env.family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

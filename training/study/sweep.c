@@ -1,5 +1,5 @@
-/* The sweep over alphas and seeds, see sweep.h. */
-#include "sweep.h"
+/* The sweep over alphas and seeds: many trainings as a queue that the ranks of a communicator work off. */
+#include "trainer.h"
 #include "common/queue.h"
 #include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
@@ -7,11 +7,6 @@
 #include <stdio.h>
 
 enum { NEXT, DONE, FAILED, COUNTERS }; /* of the queue */
-
-static PetscInt SweepCount(const TrainOptions *o)
-{
-  return o->nalpha * o->nseed;
-}
 
 static PetscErrorCode AddName(char file[], const char name[])
 {
@@ -27,7 +22,7 @@ static PetscErrorCode AddName(char file[], const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The options of one training: its alpha and seed, and F.h5 becomes F_alpha2_seed1.h5 when there are several. */
+/* The options of one training: its alpha and seed, and F.h5 becomes F_alpha2_seed1.h5. */
 static PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOptions *one)
 {
   char name[64];
@@ -36,7 +31,6 @@ static PetscErrorCode SweepOptions(const TrainOptions *o, PetscInt job, TrainOpt
   *one = *o;
   one->env.alpha = o->alphas[job % o->nalpha];
   one->seed = o->seeds[job / o->nalpha];
-  if (SweepCount(o) == 1) PetscFunctionReturn(PETSC_SUCCESS);
   /* not PetscSNPrintf(), which writes 2 as "2." */
   snprintf(name, sizeof(name), "_alpha%g_seed%" PetscInt_FMT, (double)one->env.alpha, one->seed);
   snprintf(one->label, sizeof(one->label), "alpha %g seed %" PetscInt_FMT ": ", (double)one->env.alpha, one->seed);
@@ -63,30 +57,11 @@ static PetscErrorCode SayError(MPI_Comm comm, int line, const char *function, co
   return code;
 }
 
-static PetscErrorCode Report(Queue *q, const TrainOptions *one, PetscInt jobs, PetscLogDouble begin, PetscBool failed)
-{
-  PetscInt done, bad;
-  PetscLogDouble now;
-
-  PetscFunctionBegin;
-  PetscCall(QueueRaise(q, DONE, 1, &done));
-  PetscCall(QueueRaise(q, FAILED, failed ? 1 : 0, &bad));
-  done++;
-  bad += failed ? 1 : 0;
-  PetscCall(PetscTime(&now));
-  if (one->progress)
-    PetscCall(PetscPrintf(
-      PETSC_COMM_SELF,
-      "%s%s; %" PetscInt_FMT " of %" PetscInt_FMT " trainings done, %" PetscInt_FMT " failed, about %.0f s left\n",
-      one->label, failed ? "failed" : "done", done, jobs, bad, (now - begin) / (double)done * (double)(jobs - done)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *failed)
 {
-  const PetscInt jobs = SweepCount(o);
-  PetscLogDouble begin;
-  PetscInt job;
+  const PetscInt jobs = o->nalpha * o->nseed;
+  PetscLogDouble begin, now;
+  PetscInt job, done, bad;
   Queue q;
 
   PetscFunctionBegin;
@@ -103,7 +78,16 @@ static PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *f
     code = TrainerTrain(&one);
     PetscCall(PetscPopErrorHandler());
     if (code) SlipH5AbandonAll(); /* what it was writing; a curve keeps its rows */
-    PetscCall(Report(&q, &one, jobs, begin, code ? PETSC_TRUE : PETSC_FALSE));
+    PetscCall(QueueRaise(&q, DONE, 1, &done));
+    PetscCall(QueueRaise(&q, FAILED, code ? 1 : 0, &bad));
+    done++;
+    bad += code ? 1 : 0;
+    PetscCall(PetscTime(&now));
+    if (one.progress)
+      PetscCall(PetscPrintf(
+        PETSC_COMM_SELF,
+        "%s%s; %" PetscInt_FMT " of %" PetscInt_FMT " trainings done, %" PetscInt_FMT " failed, about %.0f s left\n",
+        one.label, code ? "failed" : "done", done, jobs, bad, (now - begin) / (double)done * (double)(jobs - done)));
   }
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(QueueRaise(&q, FAILED, 0, failed));
@@ -111,32 +95,23 @@ static PetscErrorCode SweepRun(MPI_Comm comm, const TrainOptions *o, PetscInt *f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The options of the problem and of TS are those that a run reads. */
-static PetscErrorCode ShowHelp(const TrainOptions *o)
-{
-  EnvInstance instance;
-  EnvRun run;
-
-  PetscFunctionBegin;
-  PetscCall(EnvInstanceCreate(&o->env, NULL, PETSC_FALSE, &instance));
-  PetscCall(o->env.problem->create(&o->env, &instance, &run));
-  PetscCall(o->env.problem->destroy(&run));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SweepTrain(MPI_Comm comm, PetscInt *failed)
 {
+  EnvInstance instance;
   TrainOptions o;
   PetscBool only_help;
   PetscMPIInt rank;
+  EnvRun run;
 
   PetscFunctionBegin;
   PetscCall(TrainOptionsSet(comm, &o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (only_help) {
-    PetscCall(ShowHelp(&o));
-  } else if (SweepCount(&o) > 1) {
+    PetscCall(EnvInstanceCreate(&o.env, NULL, PETSC_FALSE, &instance)); /* the problem's and TS's options: a run's */
+    PetscCall(o.env.problem->create(&o.env, &instance, &run));
+    PetscCall(o.env.problem->destroy(&run));
+  } else if (o.nalpha * o.nseed > 1) {
     PetscCall(SweepRun(comm, &o, failed));
   } else { /* the first rank trains and the others wait */
     if (!rank) PetscCall(TrainerTrain(&o));

@@ -184,10 +184,9 @@ static void State(void *learner, LearnerState *s)
                       {&t->actor_adam.t, &t->critic_adam.t, &t->updates}};
 }
 
-static void Policy(void *learner, DenseShape *layers, PetscBool *clamp)
+static void Policy(void *learner, DenseShape *layers)
 {
   *layers = ((TD3 *)learner)->actor_shape;
-  *clamp = PETSC_FALSE;
 }
 
 const Learner LearnerTD3 = {"td3",      sizeof(TD3), 2,      1e-3,  PETSC_FALSE, TD3Create,

@@ -5,10 +5,9 @@
 
 /* The stochastic policy on one batch, all [B] */
 typedef struct {
-  Scalar *mean_raw, *mean; /* head before and after the clamp to [-2, 2]; the same without gSDE */
-  Scalar *noise;           /* n = sum_j h_j E_j; sigma eps without gSDE */
-  Scalar *var;             /* S = sum_j h_j^2 sigma_j^2 + 1e-6; sigma^2 without gSDE */
-  Scalar *std_raw;         /* log sigma before its clamp to [-20, 2], without gSDE */
+  Scalar *mean_raw, *mean; /* head before and after the clamp to [-2, 2] */
+  Scalar *noise;           /* n = sum_j h_j E_j */
+  Scalar *var;             /* S = sum_j h_j^2 sigma_j^2 + 1e-6 */
   Scalar *action;          /* a = tanh(m + n) */
   Scalar *logp;            /* log density of the action */
 } Sample;
@@ -17,8 +16,7 @@ typedef struct {
   LearnerOptions o;
   DenseShape latent, critic;
   PetscInt hidden;                        /* H, width of the actor's last hidden layer */
-  size_t head_weight, head_bias, log_std; /* offsets in actor: mean head W[H], b; log_std [H], or without gSDE the
-                                             head of log sigma, W[H], b */
+  size_t head_weight, head_bias, log_std; /* offsets in actor: mean head W[H], b; log_std [H] */
   size_t nactor, ncritic;                 /* parameters: actor with log_std; all critics */
   Scalar *actor, *critics, *target;       /* parameters */
   Scalar *actor_grad, *critic_grad;       /* gradients of the last step */
@@ -28,7 +26,7 @@ typedef struct {
   DenseWork actor_work, critic_work;
   Sample now, next;
   Scalar *sigma, *explore;     /* [H] */
-  Scalar *normals;             /* [TQCNoiseCount()] */
+  Scalar *normals;             /* [H] */
   Scalar *input;               /* critic input [O+1][B] */
   Scalar *z;                   /* target quantiles [C*quantiles][B], then sorted */
   Scalar *dqda, *dS, *dg, *dm; /* [B] */
@@ -36,24 +34,10 @@ typedef struct {
 
 PETSC_INTERN PetscErrorCode TQCCreate(const LearnerOptions *o, Random *r, void *learner); /* TQC * */
 PETSC_INTERN PetscErrorCode TQCDestroy(void *learner);
-/* Standard normals that one gradient step needs: [H], one exploration vector for the whole batch; without gSDE
-   [2][B], for obs and next_obs. */
-PETSC_INTERN PetscInt TQCNoiseCount(const TQC *t);
+/* eps: standard normals [H], one exploration vector for the whole batch */
 PETSC_INTERN void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses);
 
-/* ---- parts, used by the above ---- */
-/* gSDE at latent features h [H][B]: fills every field of s. head, explore, sigma [H] (NULL: no noise). */
-PETSC_INTERN void GSDESample(PetscInt H, PetscInt B, const Scalar h[], const Scalar head[], const Scalar bias[],
-                             const Scalar sigma[], const Scalar explore[], Sample *s);
-/* A Gaussian at latent features: log sigma has a head of its own, as the mean has. eps [B], NULL: no noise. */
-PETSC_INTERN void GaussSample(PetscInt H, PetscInt B, const Scalar h[], const Scalar head[], const Scalar bias[],
-                              const Scalar std_head[], const Scalar std_bias[], const Scalar eps[], Sample *s);
-/* Gradients of mean(alpha logp - Q) with respect to mean and log sigma, [B], for such a sample. */
-PETSC_INTERN void GaussGradients(PetscInt B, Scalar alpha, const Scalar dqda[], const Sample *s, Scalar dm[],
-                                 Scalar dlog[]);
-/* Backward through a linear head W[H] at h [H][B]: its own gradients, and dh, to which it adds unless first. */
-PETSC_INTERN void HeadBackward(PetscInt H, PetscInt B, const Scalar h[], const Scalar W[], const Scalar delta[],
-                               PetscBool first, Scalar gW[], Scalar gb[], Scalar dh[]);
+/* ---- quantile.c ---- */
 /* z [n][B]: sort every sample's values ascending and turn the smallest keep of them into y = r + (1-d) gamma (z -
    alpha logp). */
 PETSC_INTERN void QuantileTargets(PetscInt n, PetscInt keep, PetscInt B, const Scalar reward[], const Scalar done[],

@@ -8,31 +8,24 @@
 
 #define EVALUATION_SEED 20260 /* the instances of every evaluation are the same */
 
-/* Drawn once, so that evaluations differ by the policy alone; their exact solutions are known. */
-static PetscErrorCode CreateEvaluation(Trainer *t)
-{
-  Random random;
-
-  PetscFunctionBegin;
-  if (!t->o.evaluate_interval) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!t->o.env.random) t->o.evaluate_episodes = 1;
-  RandomSeed(&random, EVALUATION_SEED);
-  PetscCall(PetscCalloc1((size_t)t->o.evaluate_episodes, &t->evaluation));
-  for (PetscInt i = 0; i < t->o.evaluate_episodes; ++i)
-    PetscCall(EnvInstanceCreate(&t->o.env, t->o.env.random ? &random : NULL, PETSC_TRUE, &t->evaluation[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
 {
   LearnerState s;
+  Random random;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(t, sizeof(*t)));
   t->o = *o;
   t->best = -PETSC_MAX_REAL;
   PetscCall(EnvCreate(&o->env, &t->env));
-  PetscCall(CreateEvaluation(t));
+  if (
+    o->evaluate_interval) { /* drawn once, so that evaluations differ by the policy alone; exact solutions are known */
+    if (!o->env.random) t->o.evaluate_episodes = 1;
+    RandomSeed(&random, EVALUATION_SEED);
+    PetscCall(PetscCalloc1((size_t)t->o.evaluate_episodes, &t->evaluation));
+    for (PetscInt i = 0; i < t->o.evaluate_episodes; ++i)
+      PetscCall(EnvInstanceCreate(&t->o.env, o->env.random ? &random : NULL, PETSC_TRUE, &t->evaluation[i]));
+  }
   PetscCall(AgentCreate(&o->agent, (uint64_t)o->seed, &t->agent));
   RandomSeed(&t->instances, (uint64_t)o->seed + 0x5eed);
   o->agent.learner->state(t->agent.learner, &s);
@@ -48,7 +41,8 @@ PetscErrorCode TrainerCreate(const TrainOptions *o, Trainer *t)
 PetscErrorCode TrainerDestroy(Trainer *t)
 {
   PetscFunctionBegin;
-  PetscCall(TrainLogClose(&t->log));
+  if (t->log) PetscCall(SlipH5Close(t->log));
+  PetscCall(PetscFree(t->log));
   PetscCall(AgentDestroy(&t->agent));
   PetscCall(PetscFree(t->best_actor));
   for (PetscInt i = 0; t->evaluation && i < t->o.evaluate_episodes; ++i)
@@ -66,7 +60,7 @@ static PetscErrorCode TrainingActor(const EnvMoment *m, PetscReal *action, Petsc
   *stop = t->agent.steps >= t->o.steps ? PETSC_TRUE : PETSC_FALSE;
   if (m->terminated || m->truncated || *stop) PetscFunctionReturn(PETSC_SUCCESS);
   *action = AgentAct(&t->agent, m->obs, PETSC_TRUE);
-  if (m->overruled) AgentForget(&t->agent);
+  if (m->overruled) t->agent.pending = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -108,33 +102,24 @@ static PetscErrorCode Evaluate(Trainer *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Progress(const Trainer *t, const EnvResult *r)
-{
-  const Losses *l = &t->agent.losses;
-  PetscLogDouble now;
-  double done, left;
-
-  PetscFunctionBegin;
-  PetscCall(PetscTime(&now));
-  done = (double)(t->agent.steps - t->begin_steps);
-  left = (now - t->begin) / done * (double)(t->o.steps - t->agent.steps);
-  PetscCall(PetscPrintf(PETSC_COMM_SELF,
-                        "%sstep %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT
-                        "  return %8.3f  length %4" PetscInt_FMT "  critic %9.3e  actor %9.3f  left %5.0f s\n",
-                        t->o.label, t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic,
-                        l->actor, left));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What is due after an episode. */
 static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *shown)
 {
+  const Losses *l = &t->agent.losses;
+  PetscLogDouble now;
+
   PetscFunctionBegin;
   t->episodes++;
   PetscCall(QueueYield());
   PetscCall(TrainLogEpisode(t, r));
   if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
-    PetscCall(Progress(t, r));
+    PetscCall(PetscTime(&now));
+    PetscCall(PetscPrintf(
+      PETSC_COMM_SELF,
+      "%sstep %7" PetscInt64_FMT "/%" PetscInt64_FMT "  episode %5" PetscInt64_FMT
+      "  return %8.3f  length %4" PetscInt_FMT "  critic %9.3e  actor %9.3f  left %5.0f s\n",
+      t->o.label, t->agent.steps, t->o.steps, t->episodes, (double)r->total, r->attempts, l->critic, l->actor,
+      (now - t->begin) / (double)(t->agent.steps - t->begin_steps) * (double)(t->o.steps - t->agent.steps)));
     *shown = t->agent.steps;
   }
   if (t->o.evaluate_interval && t->agent.steps - t->evaluated >= t->o.evaluate_interval && t->agent.updates)

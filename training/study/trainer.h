@@ -2,6 +2,7 @@
 #pragma once
 #include "agent.h"
 #include "environment/environment.h"
+#include <slipstep/rooms/sliph5.h>
 
 #define TRAIN_MAX_LIST 64
 
@@ -24,8 +25,6 @@ typedef struct {
   EnvOptions env;
 } TrainOptions;
 
-typedef struct _TrainLog *TrainLog;
-
 typedef struct {
   TrainOptions o;
   Agent agent;
@@ -39,7 +38,7 @@ typedef struct {
   size_t nactor;
   Scalar *best_actor; /* [nactor], of the last step when nothing was evaluated */
   PetscInt64 best_steps;
-  TrainLog log;
+  SlipH5 *log;            /* NULL: none */
   PetscLogDouble begin;   /* wall time at the start [s] */
   PetscInt64 begin_steps; /* steps that the resumed checkpoint had */
 } Trainer;
@@ -60,4 +59,7 @@ PETSC_INTERN PetscErrorCode CheckpointRead(Trainer *t, const char file[]);
    fails before it leaves none. */
 PETSC_INTERN PetscErrorCode TrainLogEpisode(Trainer *t, const EnvResult *r);
 PETSC_INTERN PetscErrorCode TrainLogEvaluation(Trainer *t, double mean_return, double attempts, double error);
-PETSC_INTERN PetscErrorCode TrainLogClose(TrainLog *log);
+
+/* All that the -train_ options say: one training, or one for each alpha and seed (sweep.c). Collective. A training of
+   several that fails says why and does not stop the others; failed: how many did, on all ranks. */
+PETSC_INTERN PetscErrorCode SweepTrain(MPI_Comm comm, PetscInt *failed);
