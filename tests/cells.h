@@ -42,7 +42,6 @@ static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCel
   PetscReal *rows;
   SlipH5 h;
 
-  PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(columns * c->n, &rows));
   for (PetscInt i = 0; i < c->n; i++) {
     const PetscReal row[7] = {
@@ -57,14 +56,13 @@ static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCel
   if (label) PetscCall(SlipH5WriteReal(&h, "/fault", 1, dims, label, NULL));
   PetscCall(SlipH5Close(&h));
   PetscCall(PetscFree(rows));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode WriteCells(const char file[], const SlipCells *c)
 {
-  PetscFunctionBeginUser;
   PetscCall(WriteLabelledCells(file, c, NULL));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Each rectangle of dipping cells with rakes as two triangles, 2 i and 2 i + 1, in data [17][2 n] */

@@ -15,9 +15,7 @@ static const char base[] = "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault
                            "-fault_friction_b 0.03 "
                            "-fault_progress no -ts_max_time 7e9 ";
 static PetscBool present;
-#define NEEDS_DEVICE                                                                                                   \
-  (void)state;                                                                                                         \
-  if (!present) skip()
+#define NEEDS_DEVICE if (!present) skip()
 
 typedef struct {
   SlipFault fault;
@@ -37,8 +35,6 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   PetscInt refused;
   PetscReal end;
 
-  PetscFunctionBegin;
-  (void)w;
   PetscCall(TSGetStepRejections(ts, &refused));
   PetscCall(TSGetMaxTime(ts, &end));
   if (step > 2 &&
@@ -51,7 +47,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   run->bytes = PetscMax(run->bytes, now.bytes);
   run->last = now;
   run->refused = refused;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Before SlipFaultSetUp(), for fields and functions of a test; NULL: none */
@@ -61,7 +57,6 @@ static PetscErrorCode Begin(const char options[], Run *run)
 {
   PetscReal a[N];
 
-  PetscFunctionBegin;
   *run = (Run){0};
   PetscCall(PetscOptionsClear(NULL));
   PetscCall(PetscOptionsInsertString(NULL, base));
@@ -79,14 +74,13 @@ static PetscErrorCode Begin(const char options[], Run *run)
   PetscCall(TSSetSolution(run->ts, run->w));
   PetscCall(TSMonitorSet(run->ts, Watch, run, NULL));
   PetscCall(TSSetFromOptions(run->ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Solve(const char options[], Run *run)
 {
   int code;
 
-  PetscFunctionBegin;
   PetscCall(Begin(options, run));
   PetscCall(SlipFaultOutputStart(run->fault, run->ts));
   PetscCall(SlipFaultCheckpointStart(run->fault, run->ts));
@@ -95,7 +89,7 @@ static PetscErrorCode Solve(const char options[], Run *run)
   PetscCall(SlipFaultOutputFinish(run->fault, run->ts, 0, 0));
   PetscCall(TSGetStepNumber(run->ts, &run->steps));
   PetscCall(TSGetStepRejections(run->ts, &run->rejected));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void End(Run *run)
@@ -211,7 +205,6 @@ static int setup(void **state)
 {
   SlipDevice device;
 
-  (void)state;
   present = SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device) ? PETSC_FALSE : PETSC_TRUE;
   if (!present) print_message("skipped: %s\n", message);
   return 0;

@@ -13,9 +13,8 @@ typedef struct {
   FaultSetRows(fault, sizeof((const FaultReal[]){__VA_ARGS__}) / sizeof(FaultReal), (const FaultReal[]){__VA_ARGS__})
 static inline PetscErrorCode FaultSetRows(SlipFault fault, size_t n, const FaultReal row[])
 {
-  PetscFunctionBegin;
   for (size_t i = 0; i < n; i++) PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The fault set up, its state, and a TS of it up to time end [s] under a type of TSAdapt; dt [s] is the first step, and
@@ -24,7 +23,6 @@ static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, Petsc
 {
   TSAdapt adapt;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultCreateState(fault, w));
   PetscCall(SlipFaultSetInitialState(fault, *w));
@@ -34,5 +32,5 @@ static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, Petsc
   if (type) PetscCall(TSAdaptSetType(adapt, type));
   if (dt > 0) PetscCall(TSSetTimeStep(*ts, dt));
   if (end > 0) PetscCall(TSSetMaxTime(*ts, end));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

@@ -11,8 +11,6 @@ static PetscErrorCode Rate(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   const PetscScalar *x;
   PetscScalar *r;
 
-  PetscFunctionBeginUser;
-  (void)ts, (void)t, (void)ctx;
   evaluations++;
   PetscCall(VecGetArrayRead(u, &x));
   PetscCall(VecGetArrayWrite(f, &r));
@@ -20,7 +18,7 @@ static PetscErrorCode Rate(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   r[1] = x[1] * (x[0] - 1);
   PetscCall(VecRestoreArrayWrite(f, &r));
   PetscCall(VecRestoreArrayRead(u, &x));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 #define END 8.0

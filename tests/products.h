@@ -9,7 +9,6 @@ static inline PetscErrorCode ProductDistance(Mat A, Mat B, Vec x, PetscReal *dis
   PetscReal norm;
   Vec a, b;
 
-  PetscFunctionBegin;
   PetscCall(VecDuplicate(x, &a));
   PetscCall(VecDuplicate(x, &b));
   PetscCall(MatMult(A, x, a));
@@ -20,5 +19,5 @@ static inline PetscErrorCode ProductDistance(Mat A, Mat B, Vec x, PetscReal *dis
   *distance /= norm;
   PetscCall(VecDestroy(&a));
   PetscCall(VecDestroy(&b));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

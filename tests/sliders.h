@@ -19,17 +19,14 @@ typedef struct {
 
 static inline PetscErrorCode SlidersGet(Vec w, PetscInt field, Vec x)
 {
-  PetscFunctionBegin;
   PetscCall(VecStrideGather(w, field, x, INSERT_VALUES));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   p->stages++;
   if (st->theta != p->theta) {
     p->theta = st->theta;
@@ -54,7 +51,7 @@ static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void
     PetscCall(SlidersGet(st->explicit_part, 0, p->work));
     PetscCall(VecAXPY(p->l.load, 1.0, p->work));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* q and, if dq is given, its derivative with s = s0 + theta |x| */
@@ -64,7 +61,6 @@ static PetscErrorCode SlidersFriction(Sliders *p, Vec s0, Vec x, PetscReal theta
   PetscScalar *qq, *d = NULL;
   PetscInt n;
 
-  PetscFunctionBegin;
   PetscCall(VecGetLocalSize(s0, &n));
   PetscCall(VecGetArrayRead(s0, &s));
   PetscCall(VecGetArrayRead(p->bound, &b));
@@ -82,14 +78,13 @@ static PetscErrorCode SlidersFriction(Sliders *p, Vec s0, Vec x, PetscReal theta
   if (x) PetscCall(VecRestoreArrayRead(x, &v));
   PetscCall(VecRestoreArrayRead(p->bound, &b));
   PetscCall(VecRestoreArrayRead(s0, &s));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersBound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  (void)con;
   return SlidersFriction(p, p->sbase, x, p->theta, q, dq);
 }
 
@@ -97,27 +92,21 @@ static PetscErrorCode SlidersBoundState(SlipConstraint con, PetscReal t, Vec w, 
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con, (void)t;
   PetscCall(SlidersGet(w, 2, p->work));
   PetscCall(SlidersFriction(p, p->work, NULL, 0.0, q, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersReduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
   PetscCall(SlidersGet(w, 0, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersLift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecStrideScatter(x, 0, w, INSERT_VALUES));
   PetscCall(VecWAXPY(p->work, p->theta, x, p->ubase));
   PetscCall(VecStrideScatter(p->work, 1, w, INSERT_VALUES));
@@ -125,7 +114,7 @@ static PetscErrorCode SlidersLift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscCall(VecAbs(p->work));
   PetscCall(VecAYPX(p->work, p->theta, p->sbase));
   PetscCall(VecStrideScatter(p->work, 2, w, INSERT_VALUES));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
@@ -133,8 +122,6 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   Sliders *p = (Sliders *)ctx;
   Vec v, f;
 
-  PetscFunctionBegin;
-  (void)con, (void)t;
   PetscCall(VecDuplicate(p->work, &v));
   PetscCall(VecDuplicate(p->work, &f));
   PetscCall(SlidersGet(w, 0, v));
@@ -148,28 +135,24 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   PetscCall(VecStrideScatter(v, 2, F, INSERT_VALUES));
   PetscCall(VecDestroy(&v));
   PetscCall(VecDestroy(&f));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersAddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecCopy(r, p->work));
   PetscCall(VecScale(p->work, a));
   PetscCall(VecStrideScatter(p->work, 0, F, ADD_VALUES));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SlidersSolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
   PetscCall(VecStrideScale(k, 0, 1.0 / ((Sliders *)ctx)->mass));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* K is given by its entries, a function of two indices; H = eta I */
@@ -195,7 +178,6 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
                                  PETSC_TRUE};
   PetscInt first, last;
 
-  PetscFunctionBegin;
   *p = (Sliders){.n = n, .mass = mass, .mud = 1.0, .dmu = 0.0, .dc = 1.0, .theta = -1.0};
   PetscCall(MatCreateDense(comm, PETSC_DECIDE, PETSC_DECIDE, n, n, NULL, &p->K));
   PetscCall(MatGetOwnershipRange(p->K, &first, &last));
@@ -215,26 +197,24 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
   PetscCall(VecDuplicate(p->bound, &p->sbase));
   PetscCall(VecDuplicate(p->bound, &p->work));
   PetscCall(SlipConstraintCreate(comm, &ops, p, p->bound, &p->con));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode SlidersCreateState(Sliders *p, Vec *w)
 {
   PetscInt n;
 
-  PetscFunctionBegin;
   PetscCall(VecGetLocalSize(p->bound, &n));
   PetscCall(VecCreate(PetscObjectComm((PetscObject)p->bound), w));
   PetscCall(VecSetSizes(*w, 3 * n, PETSC_DETERMINE));
   PetscCall(VecSetBlockSize(*w, 3));
   PetscCall(VecSetFromOptions(*w));
   PetscCall(VecZeroEntries(*w));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode SlidersDestroy(Sliders *p)
 {
-  PetscFunctionBegin;
   PetscCall(MatDestroy(&p->K));
   PetscCall(MatDestroy(&p->H));
   PetscCall(MatDestroy(&p->l.B));
@@ -245,7 +225,7 @@ static inline PetscErrorCode SlidersDestroy(Sliders *p)
   PetscCall(VecDestroy(&p->sbase));
   PetscCall(VecDestroy(&p->work));
   PetscCall(SlipConstraintDestroy(&p->con));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A constant-step TSBATHE over [0, tmax] from w (which receives the end) */
@@ -255,7 +235,6 @@ static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReactionType reacti
   TS ts;
   TSAdapt adapt;
 
-  PetscFunctionBegin;
   PetscCall(TSCreate(PetscObjectComm((PetscObject)w), &ts));
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSBatheSetStageError(ts, 0)); /* numbers of the method alone */
@@ -274,5 +253,5 @@ static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReactionType reacti
     *out = ts;
   else
     PetscCall(TSDestroy(&ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

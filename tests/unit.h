@@ -22,7 +22,6 @@ static char message[4096], raised[256]; /* of the last error, and where it was r
 static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
                                     PetscErrorType p, const char *mess, void *ctx)
 {
-  (void)comm, (void)ctx;
   if (p == PETSC_ERROR_INITIAL) {
     snprintf(message, sizeof(message), "%s", mess ? mess : "");
     snprintf(raised, sizeof(raised), "%s() at %s:%d", fun, src, line);

@@ -66,7 +66,6 @@ static inline PetscErrorCode VectorsRandomNumbers(PetscInt n, PetscInt c, PetscI
   const PetscInt N = c * n;
   PetscReal *A, mass, eta;
 
-  PetscFunctionBegin;
   *s = (VectorsNumbers){.n = n, .c = c, .law = law};
   PetscCall(PetscMalloc4(N * N, &s->B, N, &s->load, n * N, &s->C, n, &s->strength));
   PetscCall(PetscMalloc1(N * N, &A));
@@ -96,7 +95,7 @@ static inline PetscErrorCode VectorsRandomNumbers(PetscInt n, PetscInt c, PetscI
     for (PetscInt j = 0; j < N; j++) s->C[i * N + j] = s->theta * (2 * VectorsRandom(seed) - 1) / (PetscReal)N;
   }
   PetscCall(PetscFree(A));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode VectorsFreeNumbers(VectorsNumbers *s)
@@ -146,8 +145,6 @@ static PetscErrorCode VectorsBound(SlipConstraint con, Vec x, Vec q, Vec dq, voi
   PetscReal *qq, *factor, *d = NULL, unused;
   PetscInt n;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetLocalSize(q, &n));
   PetscCall(MatMult(p->C, x, p->normal));
   PetscCall(VecGetArrayRead(x, &xx));
@@ -169,7 +166,7 @@ static PetscErrorCode VectorsBound(SlipConstraint con, Vec x, Vec q, Vec dq, voi
   PetscCall(VecRestoreArrayRead(p->normal, &normal));
   PetscCall(VecRestoreArrayRead(p->strength, &a));
   PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* dq/d|x| at rest */
@@ -178,23 +175,19 @@ static PetscErrorCode VectorsStartSlope(SlipConstraint con, Vec dq, void *ctx)
   const Vectors *p = (const Vectors *)ctx;
   PetscReal q, d;
 
-  PetscFunctionBegin;
-  (void)con;
   VectorsStrength(&p->numbers, 0, 0, &q, &d);
   PetscCall(VecCopy(p->strength, dq));
   PetscCall(VecScale(dq, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode VectorsCoupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 {
   const Vectors *p = (const Vectors *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   *C = p->C;
   PetscCall(VecCopy(p->factor, a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The root of D v + omega q(v) = |f| by halving in asinh(v / v0), with the sign of f; C x as bound was asked about
@@ -207,8 +200,6 @@ static PetscErrorCode VectorsSolveCells(SlipConstraint con, PetscReal omega, Vec
   PetscReal *xx;
   PetscInt n, first;
 
-  PetscFunctionBegin;
-  (void)con, (void)unstable;
   PetscCall(VecGetLocalSize(p->strength, &n));
   PetscCall(VecGetOwnershipRange(p->strength, &first, NULL));
   PetscCall(VecGetArrayRead(D, &d));
@@ -237,7 +228,7 @@ static PetscErrorCode VectorsSolveCells(SlipConstraint con, PetscReal omega, Vec
   PetscCall(VecRestoreArrayRead(p->strength, &a));
   PetscCall(VecRestoreArrayRead(f, &ff));
   PetscCall(VecRestoreArrayRead(D, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode VectorsPrescribed(SlipConstraint con, Vec mask, void *ctx)
@@ -245,13 +236,11 @@ static PetscErrorCode VectorsPrescribed(SlipConstraint con, Vec mask, void *ctx)
   const Vectors *p = (const Vectors *)ctx;
   PetscInt first, last;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetOwnershipRange(mask, &first, &last));
   if (p->fixed >= first && p->fixed < last) PetscCall(VecSetValue(mask, p->fixed, 0, INSERT_VALUES));
   PetscCall(VecAssemblyBegin(mask));
   PetscCall(VecAssemblyEnd(mask));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode VectorsCreate(MPI_Comm comm, const VectorsNumbers *s, Vectors *p)
@@ -266,7 +255,6 @@ static inline PetscErrorCode VectorsCreate(MPI_Comm comm, const VectorsNumbers *
                                  .coupling = VectorsIsCoupled(s->law) ? VectorsCoupling : NULL};
   PetscInt n, first, last;
 
-  PetscFunctionBegin;
   *p = (Vectors){.numbers = *s, .fixed = -1};
   PetscCall(VecCreate(comm, &p->strength));
   PetscCall(VecSetSizes(p->strength, PETSC_DECIDE, s->n));
@@ -298,12 +286,11 @@ static inline PetscErrorCode VectorsCreate(MPI_Comm comm, const VectorsNumbers *
   PetscCall(VecAssemblyEnd(p->strength));
   PetscCall(SlipConstraintCreate(comm, &ops, p, p->l.load, &p->con));
   PetscCall(SlipConstraintSetComponents(p->con, s->c, p->strength));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode VectorsDestroy(Vectors *p)
 {
-  PetscFunctionBegin;
   PetscCall(SlipConstraintDestroy(&p->con));
   PetscCall(MatDestroy(&p->l.B));
   PetscCall(MatDestroy(&p->C));
@@ -311,13 +298,12 @@ static inline PetscErrorCode VectorsDestroy(Vectors *p)
   PetscCall(VecDestroy(&p->strength));
   PetscCall(VecDestroy(&p->normal));
   PetscCall(VecDestroy(&p->factor));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A solver of the type, the linear systems direct or by Krylov's methods */
 static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, PetscBool direct, SNES *snes)
 {
-  PetscFunctionBegin;
   PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct ? "350" : "0"));
   PetscCall(SNESCreate(PetscObjectComm((PetscObject)p->con), snes));
   PetscCall(SNESSetType(*snes, type));
@@ -325,7 +311,7 @@ static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, P
   PetscCall(SNESSetFromOptions(*snes));
   if (VectorsIsSmooth(p->numbers.law)) /* which is not polished */
     PetscCall(SNESSetTolerances(*snes, PETSC_DEFAULT, 1e-13, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What a solution of cells that open leaves: as VectorsCheck(), with q = friction times the pressure; contact is x_n <
@@ -338,7 +324,6 @@ static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, Petsc
   PetscInt n;
   Vec q, g;
 
-  PetscFunctionBegin;
   *beyond = *opposite = *balance = *inside = 0;
   *contact = 0;
   PetscCall(VecDuplicate(p->strength, &q));
@@ -372,7 +357,7 @@ static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, Petsc
   PetscCall(VecRestoreArrayRead(g, &gg));
   PetscCall(VecDestroy(&q));
   PetscCall(VecDestroy(&g));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* From the guess in x */
@@ -380,10 +365,9 @@ static inline PetscErrorCode VectorsSolve(Vectors *p, SNES snes, Vec x, Vec r, S
 {
   const SlipStage stage = {.theta = p->numbers.theta, .omega = p->numbers.omega};
 
-  PetscFunctionBegin;
   PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
   PetscCall(SNESGetConvergedReason(snes, reason));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What a solution leaves: of |r| <= q, of r = -q x / |x| where x != 0, both over q, and of G(x) = omega r over the
@@ -397,7 +381,6 @@ static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *b
   PetscInt n, first;
   Vec q, g;
 
-  PetscFunctionBegin;
   *beyond = *opposite = *balance = *inside = 0;
   PetscCall(VecDuplicate(p->strength, &q));
   PetscCall(VecDuplicate(x, &g));
@@ -428,5 +411,5 @@ static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *b
   PetscCall(VecRestoreArrayRead(g, &gg));
   PetscCall(VecDestroy(&q));
   PetscCall(VecDestroy(&g));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

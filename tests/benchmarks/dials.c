@@ -43,7 +43,6 @@ static PetscErrorCode ReadOptions(Options *o)
   const char *names[64] = {NULL};
   PetscInt n = 0, k = 0;
 
-  PetscFunctionBegin;
   *o = (Options){.stream = 99, .cases = 40, .most = 20, .controllers = DIAL_CONTROLLERS};
   for (PetscInt i = 0; ProblemTable[i]; i++)
     if (ProblemTable[i]->cma && ProblemTable[i]->cma->classical) names[n++] = ProblemTable[i]->name;
@@ -66,7 +65,7 @@ static PetscErrorCode ReadOptions(Options *o)
   PetscCheck(!o->cost || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-cost: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
   PetscCall(CMACheckFamily(o->problem, o->family));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* run [DIALS][n] */
@@ -75,7 +74,6 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
   SlipPolicy policy;
   EpisodeResult r;
 
-  PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &policy));
   PetscCall(SlipPolicyLoad(policy, o->policy));
   /* As one for any TS: the library would refuse one of another problem than it names by itself to such runs. */
@@ -87,7 +85,7 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
         (LadderRun){LadderCost(l, &r), r.done < 1 || PetscIsInfOrNanReal(r.error) ? PETSC_MAX_REAL : r.error};
     }
   PetscCall(SlipPolicyDestroy(&policy));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* ---- tables ---- */
@@ -118,7 +116,6 @@ static const char *Counted(const Ladder *l)
 
 static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
 {
-  PetscFunctionBegin;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "| dial | policy: kept | median error | %s | best classical at the dial over "
                         "it: mean | least | at its error: mean | least | none |\n"
@@ -140,7 +137,7 @@ static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
                           (double)dial.mean, (double)dial.least, (double)equal.mean, (double)equal.least, equal.none));
   }
   PetscCall(PetscPrintf(PETSC_COMM_SELF, "\n"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The setting, of all controllers and of the ladder's tolerances, with the fewest solves of those that keep the dial */
@@ -148,7 +145,6 @@ static PetscErrorCode BestSetting(Ladder *l, PetscReal dial, PetscInt *controlle
 {
   PetscReal worst[LADDER_RUNGS];
 
-  PetscFunctionBegin;
   *solves = 0;
   *controller = *rung = 0;
   for (PetscInt c = 0; c < l->ncontrollers; c++) {
@@ -170,12 +166,11 @@ static PetscErrorCode BestSetting(Ladder *l, PetscReal dial, PetscInt *controlle
       break; /* tighter ones cost more */
     }
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode ClassicalTable(Ladder *l)
 {
-  PetscFunctionBegin;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "| dial | best classical run, chosen afterwards: %s | the one setting that keeps the dial in "
                         "%g %% | its %s |\n|---|---|---|---|\n",
@@ -201,7 +196,7 @@ static PetscErrorCode ClassicalTable(Ladder *l)
       PetscCall(PetscPrintf(PETSC_COMM_SELF, " | none | |\n"));
   }
   PetscCall(PetscPrintf(PETSC_COMM_SELF, "\n"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Each controller at the tolerance of -fault_accuracy */
@@ -210,11 +205,10 @@ static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
   static const char *const kinds[] = {"rupture", "sequence", "injection", NULL};
   const char *kind = NULL;
 
-  PetscFunctionBegin;
   if (!strcmp(problem, "fault_dial")) kind = "event";
   for (PetscInt i = 0; kinds[i]; i++)
     if (!strcmp(problem, kinds[i])) kind = kinds[i];
-  if (!kind) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!kind) return PETSC_SUCCESS;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "| `-fault_accuracy` | controller | `-ts_rtol` | kept | median error | %s |\n"
                         "|---|---|---|---|---|---|\n",
@@ -231,7 +225,7 @@ static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
                             l->controller[c], (double)rtol, 100 * (double)score.kept, (double)score.median,
                             (double)score.solves));
     }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* run [DIALS][n], of the policy; 0 where there is none */
@@ -240,7 +234,6 @@ static PetscErrorCode Climb(const Options *o, Ladder *l, const LadderRun run[])
   PetscInt limited = 0;
   PetscBool cut;
 
-  PetscFunctionBegin;
   for (PetscInt e = 0; e < l->n; e++) {
     PetscReal below = (PetscReal)SMALL * Dials[DIALS - 1], most = 0;
 
@@ -258,7 +251,7 @@ static PetscErrorCode Climb(const Options *o, Ladder *l, const LadderRun run[])
                           "%" PetscInt_FMT " of %" PetscInt_FMT " pairs of a draw and a classical controller ended at "
                           "%g times the policy's solves (-most_solves)\n\n",
                           limited, l->n * l->ncontrollers, (double)o->most));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -268,10 +261,9 @@ static PetscErrorCode Run(void)
   Options o;
   Ladder l;
 
-  PetscFunctionBeginUser;
   PetscCall(ReadOptions(&o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
+  if (only_help) return PETSC_SUCCESS;
   PetscCall(LadderCreate(o.problem, o.family, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
   l.work = o.cost;
   PetscCall(PetscCalloc1(DIALS * l.n, &run));
@@ -287,12 +279,11 @@ static PetscErrorCode Run(void)
   PetscCall(PetscFree(run));
   PetscCall(LadderDestroy(&l));
   PetscCall(PetscFree(o.family));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(Run());

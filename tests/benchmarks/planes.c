@@ -25,7 +25,6 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
   const PetscInt nx = PetscMax(1, wanted / (2 * nz)), n = 2 * nx * nz;
   PetscReal *column[8];
 
-  PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(8 * (size_t)n, &column[0]));
   for (PetscInt k = 1; k < 8; k++) column[k] = column[k - 1] + n;
   for (PetscInt e = 0; e < n; e++) {
@@ -52,7 +51,7 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
                        .dip = column[6],
                        .rake = column[7],
                        .kernel = {.type = &SlipKernelDipping, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Each square as two triangles, in the place of cells */
@@ -61,11 +60,10 @@ static PetscErrorCode CutCells(SlipCells *cells)
   const SlipCells squares = *cells;
   PetscReal *column = (PetscReal *)cells->x, *data;
 
-  PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * TRIANGLE_COLUMNS * (size_t)squares.n, &data));
   *cells = TrianglesOf(&squares, data);
   PetscCall(PetscFree(column));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static SlipCell CellOf(const SlipCells *c, PetscInt i)
@@ -115,7 +113,6 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
   PetscReal sums[5] = {0, 0, 0, 0, 0}, worst[2] = {0, 0};
   PetscInt start, end;
 
-  PetscFunctionBeginUser;
   PetscCall(VecGetOwnershipRange(n, &start, &end));
   PetscCall(VecGetArrayRead(f, &a[0]));
   PetscCall(VecGetArrayRead(n, &a[1]));
@@ -144,7 +141,7 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
     PetscCall(PetscPrintf(comm, "error_%s %.3g\nlargest_error_%s %.3g\n", name[k],
                           (double)PetscSqrtReal(sums[k] / sums[2 + k]), name[k],
                           (double)(worst[k] / PetscSqrtReal(sums[2 + k] / sums[4]))));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Numbers of a product that do not depend on who owns which cell */
@@ -154,7 +151,6 @@ static PetscErrorCode Print(MPI_Comm comm, const char name[], const SlipCells *c
   PetscReal sum[2] = {0, 0};
   PetscInt start, end, rows;
 
-  PetscFunctionBeginUser;
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetSize(x, &rows));
   rows /= c->n;
@@ -167,7 +163,7 @@ static PetscErrorCode Print(MPI_Comm comm, const char name[], const SlipCells *c
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, comm));
   PetscCall(PetscPrintf(comm, "%s_sum %.12g\n%s_norm %.12g\n", name, (double)(sum[0] / PetscSqrtReal(sum[1])), name,
                         (double)PetscSqrtReal(sum[1])));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(MPI_Comm comm)
@@ -181,7 +177,6 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscBool one = PETSC_FALSE, triangles = PETSC_FALSE, vectors = PETSC_FALSE;
   Mat K, Kn;
 
-  PetscFunctionBeginUser;
   PetscOptionsBegin(comm, NULL, "Benchmark of planes", "");
   PetscCall(PetscOptionsInt("-bench_n", "Cells", "", n, &n, NULL));
   PetscCall(PetscOptionsInt("-bench_rows", "Rows that are compared with direct sums", "", rows, &rows, NULL));
@@ -251,12 +246,11 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscCall(PetscFree(order));
   column = (PetscReal *)cells.x;
   PetscCall(PetscFree(column));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("planes"));

@@ -13,7 +13,6 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   TS ts;
   Vec w;
 
-  PetscFunctionBegin;
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsSetValue(NULL, options[i], options[i + 1]));
   PetscCall(SlipFaultCreate(comm, &fault));
   PetscCall(FaultSetReals(fault, {"nx", 11}, {"nz", 9}));
@@ -30,7 +29,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(SlipFaultDestroy(&fault));
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* How a run is compared with the one of dense matrices on one rank, and to what. */
@@ -56,7 +55,6 @@ static PetscErrorCode Test(void)
   PetscReal reference, slip;
   PetscInt reference_steps, steps;
 
-  PetscFunctionBegin;
   PetscCall(Run(PETSC_COMM_SELF, "dense", none, &reference_steps, &reference));
   PetscCheck(reference > 0.1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault hardly slipped");
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Rows); k++) {
@@ -69,7 +67,7 @@ static PetscErrorCode Test(void)
     PetscCheck(fabs(slip - reference) <= Rows[k].tolerance * reference, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "row %d: final slip %.15g, not %.15g", (int)k, (double)slip, (double)reference);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Test)

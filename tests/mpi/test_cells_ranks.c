@@ -13,7 +13,6 @@ static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal toleran
   PetscInt start, end;
   Vec x;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(B, &x, NULL));
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetArrayWrite(x, &a));
@@ -23,7 +22,7 @@ static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal toleran
   PetscCheck(error <= tolerance, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s differs by %g, expected at most %g", what,
              (double)error, (double)tolerance);
   PetscCall(VecDestroy(&x));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Storage to 1e-6 of each low-rank block, so products to that, and the root likewise, as its condition is about 50. */
@@ -32,7 +31,6 @@ static PetscErrorCode Run(void)
   const SlipCells cells = TwoGradedFaults(NX, NZ, 1, data);
   Mat dense, hmat, root, lanczos, *const all[] = {&dense, &hmat, &root, &lanczos};
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, "dense", 0.5, &dense));
   PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, "hmat", 1e-6, &hmat));
   PetscCall(MatView(hmat, PETSC_VIEWER_STDOUT_WORLD));
@@ -42,7 +40,7 @@ static PetscErrorCode Run(void)
   PetscCall(Compare("viscosity", lanczos, root, 1e-5));
   PetscCall(MatView(lanczos, PETSC_VIEWER_STDOUT_WORLD));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(all); i++) PetscCall(MatDestroy(all[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A plane of dip 40 and a vertical one that ends at it from above, each cell with a rake of its own: hierarchical K and
@@ -65,7 +63,6 @@ static PetscErrorCode Planes(void)
   PetscInt *order;
   Mat K[2], Kn[2];
 
-  PetscFunctionBeginUser;
   for (PetscInt e = 0; e < all; e++) {
     const PetscInt j = e / along;
     const PetscBool dips = j < down;
@@ -90,15 +87,14 @@ static PetscErrorCode Planes(void)
     PetscCall(MatDestroy(&Kn[t]));
   }
   PetscCall(PetscFree(order));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Both(void)
 {
-  PetscFunctionBeginUser;
   PetscCall(Run());
   PetscCall(Planes());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Both)

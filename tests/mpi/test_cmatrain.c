@@ -5,7 +5,6 @@
 
 static PetscErrorCode Options(const char extra[], CMAOptions *o)
 {
-  PetscFunctionBegin;
   PetscCall(PetscOptionsClear(NULL));
   PetscCall(PetscOptionsInsertString(
     NULL, "-train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_batch_singles 4 "
@@ -13,7 +12,7 @@ static PetscErrorCode Options(const char extra[], CMAOptions *o)
           "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
   PetscCall(PetscOptionsInsertString(NULL, extra));
   PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, NULL, o));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* mean and best [2 n], to be freed */
@@ -22,7 +21,6 @@ static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, doub
   CMAOptions o;
   CMATrainer t;
 
-  PetscFunctionBegin;
   PetscCall(Options(extra, &o));
   PetscCall(CMATrainerCreate(comm, &o, &t));
   PetscCall(CMATrainerRun(&t));
@@ -31,14 +29,13 @@ static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, doub
   PetscCall(PetscArraycpy(*result, t.loop.es.mean, t.loop.es.n));
   PetscCall(PetscArraycpy(*result + t.loop.es.n, t.best, t.loop.es.n));
   PetscCall(CMATrainerDestroy(&t));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Compare(PetscInt n, const double a[], const double b[], const char what[])
 {
-  PetscFunctionBegin;
   PetscCheck(!memcmp(a, b, 2 * (size_t)n * sizeof(*a)), PETSC_COMM_SELF, PETSC_ERR_PLIB, "other weights %s", what);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -48,7 +45,6 @@ static PetscErrorCode Run(void)
   PetscInt n;
   char file[64], extra[256];
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_cmatrain.%d.h5", size));
   PetscCall(Train(PETSC_COMM_WORLD, "-train_generations 4", &n, &all));
@@ -67,7 +63,7 @@ static PetscErrorCode Run(void)
   PetscCall(PetscFree(all));
   PetscCall(PetscFree(alone));
   PetscCall(PetscFree(resumed));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

@@ -14,7 +14,6 @@ static PetscErrorCode Whole(Vec x, PetscReal **a)
   const PetscReal *p;
   Vec all;
 
-  PetscFunctionBegin;
   PetscCall(VecScatterCreateToAll(x, &scatter, &all));
   PetscCall(VecScatterBegin(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
@@ -25,7 +24,7 @@ static PetscErrorCode Whole(Vec x, PetscReal **a)
   PetscCall(VecRestoreArrayRead(all, &p));
   PetscCall(VecScatterDestroy(&scatter));
   PetscCall(VecDestroy(&all));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Solves, checks and gives the whole x; cell fixed has x = (0.1, -0.2). The worst cell is one of the stage. */
@@ -40,7 +39,6 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
   SNES snes;
   Vec v, r;
 
-  PetscFunctionBegin;
   PetscCall(VectorsCreate(comm, s, &p));
   p.fixed = fixed;
   PetscCall(VecDuplicate(p.l.load, &v));
@@ -65,7 +63,7 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
   PetscCall(VecDestroy(&v));
   PetscCall(VecDestroy(&r));
   PetscCall(VectorsDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* 1e-8: each solution is within the residual tolerance of 1e-10 times a condition number of about 100; projection,
@@ -74,7 +72,6 @@ static PetscErrorCode TestSolutions(void)
 {
   uint64_t seed = 5;
 
-  PetscFunctionBegin;
   for (PetscInt trial = 0; trial < 4 * VECTORS_LAWS; trial++) {
     const PetscInt law = trial % VECTORS_LAWS, fixed = VectorsIsSmooth(law) && trial >= 2 * VECTORS_LAWS ? 6 : -1;
     PetscReal *x[4] = {NULL}, size = 0;
@@ -97,7 +94,7 @@ static PetscErrorCode TestSolutions(void)
     for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(x[k]));
     PetscCall(VectorsFreeNumbers(&s));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The Jacobian and the preconditioner of the last Krylov solve, found where the solver has them: J e_j is column j of
@@ -117,7 +114,6 @@ static PetscErrorCode TestJacobian(void)
   KSP ksp;
   PC pc;
 
-  PetscFunctionBegin;
   PetscCall(VectorsRandomNumbers(cells, 2, VECTORS_WEAKENING, &seed, &s));
   for (PetscInt i = 0; i < N; i++) s.load[i] *= i == 4 || i == 5 ? 0.01 : 3; /* one sticks */
   PetscCall(VectorsCreate(PETSC_COMM_WORLD, &s, &p));
@@ -187,7 +183,7 @@ static PetscErrorCode TestJacobian(void)
   PetscCall(SNESDestroy(&snes));
   PetscCall(VectorsDestroy(&p));
   PetscCall(VectorsFreeNumbers(&s));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Pairs of cells, on different ranks where there are several, whose motion swings and fades, or swings and grows, while
@@ -198,7 +194,6 @@ static PetscErrorCode TestSwingingPairs(void)
   const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}}, t[][2] = {{3, 1}, {1, 3}};
   const PetscInt n = 8;
 
-  PetscFunctionBegin;
   for (int k = 0; k < 2; k++) {
     SNESConvergedReason reason;
     uint64_t seed = 3;
@@ -236,17 +231,16 @@ static PetscErrorCode TestSwingingPairs(void)
     PetscCall(VectorsDestroy(&p));
     PetscCall(VectorsFreeNumbers(&s));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
 {
-  PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(TestSolutions());
   PetscCall(TestJacobian());
   PetscCall(TestSwingingPairs());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

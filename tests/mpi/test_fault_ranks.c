@@ -23,7 +23,6 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
   TS ts;
   Vec w;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultCreate(comm, &fault));
   PetscCall(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", 2e-3}, {"output_interval", 40}));
   PetscCall(SlipFaultSetString(fault, "output", output));
@@ -41,16 +40,15 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
   PetscCall(VecNorm(w, NORM_2, &out->norm));
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Sums in another order differ by rounding, which the steps of a run amplify: 1e-9. */
 static PetscErrorCode Same(const char what[], PetscReal a, PetscReal b)
 {
-  PetscFunctionBegin;
   PetscCheck(fabs(a - b) <= 1e-9 * fabs(b), PETSC_COMM_SELF, PETSC_ERR_PLIB,
              "%s is %.15g on all ranks and %.15g on one", what, (double)a, (double)b);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode CheckFile(const char file[], TSBatheMethod method, const Outcome *out)
@@ -59,7 +57,6 @@ static PetscErrorCode CheckFile(const char file[], TSBatheMethod method, const O
   PetscInt dims[3], accepted, rejected;
   PetscReal *x, sum = 0, slip;
 
-  PetscFunctionBegin;
   PetscCall(SlipH5OpenRead(file, &h));
   PetscCall(SlipH5ReadReal(&h, "/fields/slip", 3, dims, &x));
   /* the start, steps 40, 80, 120, and the last, 150 */
@@ -88,7 +85,7 @@ static PetscErrorCode CheckFile(const char file[], TSBatheMethod method, const O
   PetscCall(SlipH5ReadAttrReal(&h, "/result", "mean_slip", &slip));
   PetscCall(Same("/result mean_slip", slip, out->obs.mean_slip));
   PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* method: of all steps */
@@ -98,7 +95,6 @@ static PetscErrorCode TestMethod(TSBatheMethod method)
   PetscMPIInt rank, size;
   char file[64], part[80];
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_fault_ranks_%d.h5", (int)size));
@@ -121,15 +117,14 @@ static PetscErrorCode TestMethod(TSBatheMethod method)
     PetscCall(CheckFile(file, method, &all));
     unlink(file);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Test(void)
 {
-  PetscFunctionBegin;
   PetscCall(TestMethod(TSBATHE_METHOD_IMPLICIT));
   PetscCall(TestMethod(TSBATHE_METHOD_EXPLICIT));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Test)

@@ -67,10 +67,9 @@ static PetscErrorCode PreconditionerMult(Mat P, Vec x, Vec y)
 {
   PC pc;
 
-  PetscFunctionBegin;
   PetscCall(MatShellGetContext(P, &pc));
   PetscCall(PCApply(pc, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 typedef struct {
@@ -109,7 +108,6 @@ static void test_products_do_not_depend_on_ranks(void **state)
 {
   static const char *const types[] = {"dense", "fft", "auto"};
 
-  (void)state;
   for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
     Operators dense = Create(PETSC_COMM_SELF, &Grids[g], "dense");
     Mat converted;
@@ -137,7 +135,6 @@ static void test_products_do_not_depend_on_ranks(void **state)
    serves every row, so that only the sums over vectors (VecNorm) could differ: 1e-12 is generous. */
 static void test_transforms_do_not_depend_on_ranks(void **state)
 {
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
   for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++) {
     Operators o = Create(PETSC_COMM_WORLD, &Grids[g], "fft"), serial = Create(PETSC_COMM_SELF, &Grids[g], "fft"),
@@ -174,7 +171,6 @@ static void test_preconditioner_does_not_depend_on_ranks(void **state)
 {
   static const char *const types[] = {"dense", "fft"};
 
-  (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
     Operators o = Create(PETSC_COMM_WORLD, &Grids[0], types[t]), serial = Create(PETSC_COMM_SELF, &Grids[0], types[t]);
     PC pc, pc_serial;
@@ -200,7 +196,6 @@ static void test_lean_viscosities_do_not_depend_on_ranks(void **state)
     PetscReal tolerance;
   } rows[] = {{"toeplitz", 1e-12}, {"lanczos", 2e-10}, {"spectral", 2e-12}};
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "lanczos"));
   for (size_t g = 0; g < PETSC_STATIC_ARRAY_LENGTH(Grids); g++)
     for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(rows); t++) {
@@ -228,7 +223,6 @@ static void test_fewer_cells_than_ranks(void **state)
   const SlipGrid single = {1, 1, 3000.0, 3000.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   static const char *const types[] = {"dense", "fft"};
 
-  (void)state;
   for (size_t t = 0; t < PETSC_STATIC_ARRAY_LENGTH(types); t++) {
     if (t == 2) ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
     Operators o = Create(PETSC_COMM_WORLD, &single, types[t]), serial = Create(PETSC_COMM_SELF, &single, "dense");
@@ -250,7 +244,6 @@ static void test_entries_from_rank_0(void **state)
   PetscReal norm;
   Mat K;
 
-  (void)state;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_WORLD, 3, rank ? NULL : good, "test", &K));
   AssertDefaultLayout(K);

@@ -27,7 +27,6 @@ static PetscErrorCode Create(MPI_Comm comm, const Problem *p, const char medium[
 {
   PetscReal traction[N], rate[N];
 
-  PetscFunctionBegin;
   Tau = p->tau;
   for (int i = 0; i < N; i++) {
     traction[i] = 6e6 + 3e5 * i;
@@ -49,7 +48,7 @@ static PetscErrorCode Create(MPI_Comm comm, const Problem *p, const char medium[
     PetscCall(SlipFaultSetBool(*fault, "initial_unstable", PETSC_TRUE));
     PetscCall(SlipFaultSetField(*fault, "initial_traction", N, traction));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* ---- the larger system ---- */
@@ -93,7 +92,6 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
   Vec e, Ke, w;
   const PetscReal *a;
 
-  PetscFunctionBegin;
   PetscCall(Create(PETSC_COMM_SELF, p, SLIPELASTICSTATIC, &fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultGetOperators(fault, &K, NULL, &s.M));
@@ -131,7 +129,7 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
   PetscCall(VecDestroy(&Ke));
   PetscCall(VecDestroy(&w));
   PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* ---- runs ---- */
@@ -153,18 +151,14 @@ static PetscErrorCode KeepStep(TS ts, const SlipAttempt *attempt, Vec w, void *c
 {
   const How *how = (const How *)ctx;
 
-  PetscFunctionBegin;
-  (void)ts, (void)w;
   if (attempt->accepted && *how->n < ROOM) how->step[(*how->n)++] = attempt->dt;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode When(TS ts, PetscReal t, Vec w, PetscReal f[], void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)w;
   f[0] = t - 0.37 * ((const Problem *)ctx)->end;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Energy against work so far [J/m^2] */
@@ -180,8 +174,6 @@ static PetscErrorCode Balance(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   SlipFaultObservables o;
   PetscReal power;
 
-  PetscFunctionBegin;
-  (void)ts;
   PetscCall(SlipFaultGetObservables(e->fault, t, w, NULL, &o));
   power = o.viscous_power + o.friction_power - o.loading_power;
   if (step == 0)
@@ -191,24 +183,23 @@ static PetscErrorCode Balance(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   e->residual = o.kinetic + o.elastic - e->start + e->lost;
   e->power = power;
   e->time = t;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* To the end, or by the steps that there are */
 static PetscErrorCode Solve(TS ts, const How *how, Vec w)
 {
-  PetscFunctionBegin;
   if (!how->n || !*how->n) {
     if (how->n) PetscCall(TSBatheMonitorSet(ts, KeepStep, (void *)how, NULL));
     PetscCall(TSSolve(ts, w));
-    PetscFunctionReturn(PETSC_SUCCESS);
+    return PETSC_SUCCESS;
   }
   PetscCall(TSSetUp(ts));
   for (PetscInt i = 0; i < *how->n; i++) {
     PetscCall(TSSetTimeStep(ts, how->step[i]));
     PetscCall(TSStep(ts));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(const Problem *p, const char medium[], const How *how, PetscReal u[N], PetscInt *refused)
@@ -223,7 +214,6 @@ static PetscErrorCode Run(const Problem *p, const char medium[], const How *how,
   Vec w, all;
   TS ts;
 
-  PetscFunctionBegin;
   PetscCall(Create(PETSC_COMM_WORLD, p, medium, &fault));
   if (how->checkpoint) PetscCall(SlipFaultSetString(fault, "checkpoint", how->checkpoint));
   if (how->restart) PetscCall(SlipFaultSetString(fault, "restart", how->restart));
@@ -256,7 +246,7 @@ static PetscErrorCode Run(const Problem *p, const char medium[], const How *how,
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));
   PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Largest difference over the largest slip */
@@ -280,7 +270,6 @@ static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
 {
   PetscReal u[N], e[3], without, open;
 
-  PetscFunctionBegin;
   how.energy = &open;
   for (int k = 0; k < 3; k++) {
     how.h = p->end / (k ? 640 : 320);
@@ -297,7 +286,7 @@ static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
   Expect(e[1] < 2e-5, "%s: error %g, expected some 1e-5 of 640 steps", how.type, (double)e[1]);
   Expect(e[2] < 2 * e[0], "%s: error %g with an event, %g without", how.type, (double)e[2], (double)e[0]);
   Expect(without > 0.05, "%s: without memory the error is %g", how.type, (double)without);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Doubling is steps of half the length, whose memory is that of halves too; and what was refused leaves nothing behind:
@@ -311,7 +300,6 @@ static PetscErrorCode Halves(const Problem *p)
   const How half = {.type = TSBATHE, .adapt = TSADAPTNONE, .error = TSBATHE_ERROR_NONE, .h = p->end / 40};
   const How quarter = {.type = TSBATHE, .adapt = TSADAPTNONE, .error = TSBATHE_ERROR_NONE, .h = p->end / 80};
 
-  PetscFunctionBegin;
   PetscCall(Run(p, "maxwell", &how, whole, NULL));
   PetscCall(Run(p, "maxwell", &half, u, NULL));
   Expect(Apart(u, whole) < 1e-10, "doubling and half steps are %g apart", (double)Apart(u, whole));
@@ -335,7 +323,7 @@ static PetscErrorCode Halves(const Problem *p)
   how.adapt = TSADAPTNONE;
   PetscCall(Run(p, "maxwell", &how, u, NULL));
   Expect(Apart(u, whole) < 1e-10, "with and without refused attempts runs are %g apart", (double)Apart(u, whole));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Steps by an error estimate with a relative tolerance of 1e-4, of which the first are refused: errors are some 1e-3 at
@@ -348,7 +336,6 @@ static PetscErrorCode Adaptive(const Problem *p, How how, PetscReal within, cons
   char file[64];
   How part = how;
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "medium_%d.state", (int)size));
@@ -370,7 +357,7 @@ static PetscErrorCode Adaptive(const Problem *p, How how, PetscReal within, cons
            (double)u[i], (double)whole[i]);
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   if (!rank) unlink(file);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What a fault does that is loaded and rests: the static medium says until when, and the first step needs no solve;
@@ -382,7 +369,6 @@ static PetscErrorCode Quiet(const char medium[], PetscInt *solves)
   TS ts;
   Vec w;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
   PetscCall(FaultSetReals(fault, {"nx", N}, {"nz", 1}, {"loading_rate", 1e-9}));
   PetscCall(SlipFaultSetString(fault, "initial", "rest"));
@@ -396,7 +382,7 @@ static PetscErrorCode Quiet(const char medium[], PetscInt *solves)
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));
   PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The springs' k adds to the stiffness, so omega^2 to that of static: k/M more, each to 1 % from above */
@@ -406,7 +392,6 @@ static PetscErrorCode Frequencies(void)
   PetscReal omega[2], mass, more;
   SlipFault fault;
 
-  PetscFunctionBegin;
   for (int k = 0; k < 2; k++) {
     PetscCall(Create(PETSC_COMM_WORLD, &Linear, media[k], &fault));
     PetscCall(SlipFaultSetUp(fault));
@@ -418,7 +403,7 @@ static PetscErrorCode Frequencies(void)
   more = PetscSqr(omega[1]) - PetscSqr(omega[0]);
   Expect(PetscAbsReal(more - Stiffness / mass) < 0.01 * PetscSqr(omega[1]), "omega^2 grows by %g, expected %g",
          (double)more, (double)(Stiffness / mass));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Test(void)
@@ -426,7 +411,6 @@ static PetscErrorCode Test(void)
   PetscReal exact[N];
   PetscInt solves[2];
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticRegister("maxwell", Create_Maxwell));
   Tau = 1;
   Stiffness = 1e8; /* five times the K of a cell */
@@ -450,7 +434,7 @@ static PetscErrorCode Test(void)
   PetscCall(Order(&Smooth, (How){.type = TSRK, .adapt = TSADAPTNONE}, exact));
   PetscCall(Adaptive(&Smooth, (How){.type = TSADAMS, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
   PetscCall(Adaptive(&Smooth, (How){.type = TSRK, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Test)

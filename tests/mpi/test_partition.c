@@ -38,7 +38,6 @@ static PetscErrorCode CheckShares(const SlipCells *c)
   PetscInt *counts, k = 0;
   PetscReal limit;
 
-  PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscMalloc1(size, &counts));
   PetscCall(PetscMalloc1(N, &owner));
@@ -60,7 +59,7 @@ static PetscErrorCode CheckShares(const SlipCells *c)
   PetscCheck(k <= limit, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the shares are not compact");
   PetscCall(PetscFree(counts));
   PetscCall(PetscFree(owner));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscReal Value(PetscInt cell)
@@ -75,7 +74,6 @@ static PetscErrorCode Product(Mat A, PC pc, const PetscInt order[], PetscReal al
   PetscReal *a;
   Vec x, y;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(A, &x, &y));
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetArrayWrite(x, &a));
@@ -92,7 +90,7 @@ static PetscErrorCode Product(Mat A, PC pc, const PetscInt order[], PetscReal al
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 enum { STIFFNESS, VISCOSITY, STAGE, INVERSE, NUM };
@@ -102,13 +100,12 @@ static PetscErrorCode Frequency(Mat K, const PetscInt order[], PetscReal *omega)
   const SlipElasticRock rock = {.mass = MASS, .viscosity = "none", .tolerance = 1e-8, .components = 1, .order = order};
   SlipElastic el;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipElasticCreate(PetscObjectComm((PetscObject)K), &el));
   PetscCall(SlipElasticSetStiffness(el, K, NULL));
   PetscCall(SlipElasticSetUp(el, &rock));
   PetscCall(SlipElasticGetFrequency(el, omega));
   PetscCall(SlipElasticDestroy(&el));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal result[NUM][N], PetscReal *omega)
@@ -116,7 +113,6 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
   Mat K, H, B;
   PC pc;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipCellStiffness(comm, c, "hmat", 1e-6, &K));
   PetscCall(MatScale(K, 0.5));
   PetscCall(Frequency(K, c->order, omega));
@@ -136,7 +132,7 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
   PetscCall(MatDestroy(&B));
   PetscCall(MatDestroy(&H));
   PetscCall(MatDestroy(&K));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Blocks do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its convergence, so
@@ -152,7 +148,6 @@ static PetscErrorCode Run(void)
   PetscReal omega[2];
   PetscInt *order;
 
-  PetscFunctionBeginUser;
   PetscCall(Products(PETSC_COMM_SELF, &c, alone, &omega[0]));
   PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &c, "hmat", &order, &c.nlocal));
   c.order = order;
@@ -173,7 +168,7 @@ static PetscErrorCode Run(void)
   PetscCheck(PetscAbsReal(omega[1] - omega[0]) <= 1e-11 * omega[0], PETSC_COMM_WORLD, PETSC_ERR_PLIB,
              "largest frequency %.15g rad/s, on one rank %.15g rad/s", (double)omega[1], (double)omega[0]);
   PetscCall(PetscFree(order));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The worst cell of a solve is called by its row of the mesh's file. One cell is thrown at 1 km/s at the start of a
@@ -184,7 +179,6 @@ static PetscErrorCode WorstCell(SlipFault fault)
   SNES snes;
   Vec w, x, r;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
   PetscCall(SNESSetType(snes, SNESSEMISMOOTH));
@@ -213,7 +207,7 @@ static PetscErrorCode WorstCell(SlipFault fault)
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&w));
   PetscCall(SNESDestroy(&snes));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A field is given by the rows of the mesh's file, and every process takes those of its own cells. */
@@ -225,7 +219,6 @@ static PetscErrorCode GiveField(void)
   PetscMPIInt rank, size;
   SlipFault fault;
 
-  PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_partition_%d.h5", (int)size));
@@ -249,15 +242,14 @@ static PetscErrorCode GiveField(void)
   PetscCall(WorstCell(fault));
   PetscCall(SlipFaultDestroy(&fault));
   if (!rank) (void)remove(file);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Test(void)
 {
-  PetscFunctionBegin;
   PetscCall(Run());
   PetscCall(GiveField());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Test)

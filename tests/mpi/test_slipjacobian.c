@@ -6,7 +6,6 @@ enum { blocks = 11 };
 
 static PetscReal entry(PetscInt i, PetscInt j, PetscInt n)
 {
-  (void)n;
   return i == j ? 4.0 : 1.0 / (1.0 + PetscAbsInt(i - j));
 }
 
@@ -17,7 +16,6 @@ static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], con
   PetscInt first, last;
   const PetscScalar *a, *b;
 
-  PetscFunctionBegin;
   PetscCall(MatCreateVecs(J, &e, &y));
   PetscCall(VecDuplicate(y, &d));
   PetscCall(VecSetValue(e, j, 1.0, INSERT_VALUES));
@@ -43,7 +41,7 @@ static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], con
   PetscCall(VecDestroy(&e));
   PetscCall(VecDestroy(&y));
   PetscCall(VecDestroy(&d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -54,7 +52,6 @@ static PetscErrorCode Run(void)
   PetscReal ms[blocks], ss[blocks];
   PetscBool same;
 
-  PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, entry, 1.0, 0.0, &p));
   PetscCall(VecDuplicate(p.bound, &mask));
@@ -86,7 +83,7 @@ static PetscErrorCode Run(void)
   PetscCall(VecDestroy(&mask));
   PetscCall(VecDestroy(&slope));
   PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

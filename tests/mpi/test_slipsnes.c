@@ -11,7 +11,6 @@ static PetscReal chain(PetscInt i, PetscInt j, PetscInt n)
 {
   PetscReal d = (PetscReal)PetscAbsInt(i - j);
 
-  (void)n;
   return i == j ? 3.0 : -1.0 / (1.0 + d * d * d);
 }
 
@@ -20,7 +19,6 @@ static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
 {
   PetscInt first, last;
 
-  PetscFunctionBegin;
   PetscCall(SlidersCreate(comm, blocks, chain, 1.0, 0.1, p));
   p->mud = 0.5;
   p->dmu = 0.5;
@@ -36,7 +34,7 @@ static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
   PetscCall(VecAssemblyBegin(p->load));
   PetscCall(VecAssemblyEnd(p->load));
   PetscCall(SlidersCreateState(p, w));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* One stage from rest */
@@ -47,7 +45,6 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   SlipStage stage = {.t = theta, .theta = theta, .omega = 1.0, .base = w};
   PetscReal norm;
 
-  PetscFunctionBegin;
   PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
   PetscCall(SNESSetType(snes, type));
@@ -60,7 +57,7 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   PetscCheck(*reason < 0 || norm <= 1e-10, PETSC_COMM_WORLD, PETSC_ERR_USER, "converged with residual %g",
              (double)norm);
   PetscCall(SNESDestroy(&snes));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* |r| <= q, r = -q sign(x) where x != 0, and G(x) = omega r to the solver's tolerance of 1e-10 times the loads (about
@@ -71,7 +68,6 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
   const PetscScalar *xx, *rr, *qq, *gg;
   PetscInt n, first;
 
-  PetscFunctionBegin;
   PetscCall(VecDuplicate(x, &q));
   PetscCall(VecDuplicate(x, &g));
   PetscCall(SlidersBound(p->con, x, q, NULL, p));
@@ -97,7 +93,7 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
   PetscCall(VecRestoreArrayRead(g, &gg));
   PetscCall(VecDestroy(&q));
   PetscCall(VecDestroy(&g));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
@@ -105,14 +101,13 @@ static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
   Vec e;
   PetscReal norm;
 
-  PetscFunctionBegin;
   PetscCall(VecDuplicate(a, &e));
   PetscCall(VecWAXPY(e, -1.0, a, b));
   PetscCall(VecNorm(e, NORM_INFINITY, d));
   PetscCall(VecNorm(a, NORM_INFINITY, &norm));
   *d /= norm;
   PetscCall(VecDestroy(&e));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The same problem on this rank alone gives the reference for any rank count */
@@ -122,14 +117,13 @@ static PetscErrorCode Fingerprint(Vec x, PetscReal *sum)
   PetscInt n, first;
   PetscReal mine = 0.0;
 
-  PetscFunctionBegin;
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
   PetscCall(VecGetArrayRead(x, &xx));
   for (PetscInt i = 0; i < n; i++) mine += xx[i] * (1.0 + PetscSinReal((PetscReal)(first + i)));
   PetscCall(VecRestoreArrayRead(x, &xx));
   PetscCall(MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number
@@ -142,7 +136,6 @@ static PetscErrorCode TestTypesAgree(void)
   PetscInt its;
   SNESConvergedReason reason;
 
-  PetscFunctionBegin;
   PetscCall(Chain(PETSC_COMM_WORLD, &p, &w));
   PetscCall(VecDuplicate(p.bound, &x));
   PetscCall(VecDuplicate(p.bound, &y));
@@ -174,7 +167,7 @@ static PetscErrorCode TestTypesAgree(void)
   PetscCall(VecDestroy(&y));
   PetscCall(VecDestroy(&r));
   PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A stiff chain without anchor: the projection gives up at its 200 iterations, semismooth Newton does not notice */
@@ -190,7 +183,6 @@ static PetscErrorCode TestProjectionGivesUp(void)
   PetscInt its;
   SNESConvergedReason reason;
 
-  PetscFunctionBegin;
   PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, stiff, 1.0, 0.0, &p));
   PetscCall(VecSet(p.load, 1.05));
   PetscCall(SlidersCreateState(&p, &w));
@@ -208,7 +200,7 @@ static PetscErrorCode TestProjectionGivesUp(void)
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&r));
   PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A whole run of TSBATHE, on all ranks and on this one alone, directly and by Krylov; 1e-9 is what the library
@@ -220,7 +212,6 @@ static PetscErrorCode TestRanksAgree(void)
   Vec w;
   PetscReal sum[3];
 
-  PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
     PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", k == 2 ? "0" : "350"));
     PetscCall(Chain(comm[k], &p, &w));
@@ -233,7 +224,7 @@ static PetscErrorCode TestRanksAgree(void)
   }
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
                         (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0)));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What is no number on the last rank is so on all of them. */
@@ -243,7 +234,6 @@ static PetscErrorCode TestLargest(void)
   PetscMPIInt rank, size;
   Vec v;
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, 2, PETSC_DETERMINE, &v));
@@ -262,18 +252,17 @@ static PetscErrorCode TestLargest(void)
                (double)norm);
   }
   PetscCall(VecDestroy(&v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
 {
-  PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(TestLargest());
   PetscCall(TestTypesAgree());
   PetscCall(TestProjectionGivesUp());
   PetscCall(TestRanksAgree());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

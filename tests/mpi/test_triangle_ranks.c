@@ -12,7 +12,6 @@ static PetscErrorCode Product(Mat A, const SlipCells *c, int uniform, PetscReal 
   const PetscScalar *p;
   Vec u, y;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(A, &u, &y));
   PetscCall(VecGetOwnershipRange(u, &start, &end));
   for (PetscInt i = start; i < end; i++) {
@@ -30,7 +29,7 @@ static PetscErrorCode Product(Mat A, const SlipCells *c, int uniform, PetscReal 
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, product, T, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* To 1e-9: what is summed in another order rounds to 1e-13, and nothing else may differ. */
@@ -42,7 +41,6 @@ static PetscErrorCode Compare(PetscErrorCode (*create)(MPI_Comm, const SlipCells
   PetscInt *order;
   Mat A, B;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, cells, type, &order, &shared.nlocal));
   shared.order = order;
   PetscCall(create(PETSC_COMM_SELF, cells, type, 1e-6, &A));
@@ -58,7 +56,7 @@ static PetscErrorCode Compare(PetscErrorCode (*create)(MPI_Comm, const SlipCells
   PetscCall(PetscFree(order));
   PetscCall(MatDestroy(&A));
   PetscCall(MatDestroy(&B));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -66,12 +64,11 @@ static PetscErrorCode Run(void)
   static PetscReal data[8 * N], more[TRIANGLE_COLUMNS * T];
   const SlipCells rectangles = TwoDippingPlanes(NX, NZ, data), cells = TrianglesOf(&rectangles, more);
 
-  PetscFunctionBeginUser;
   for (int hmat = 0; hmat < 2; hmat++) {
     PetscCall(Compare(MatCreateSlipCellStiffness, &cells, hmat ? "hmat" : "dense"));
     PetscCall(Compare(MatCreateSlipCellNormalStiffness, &cells, hmat ? "hmat" : "dense"));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

@@ -13,7 +13,6 @@ static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int sli
   const PetscScalar *p;
   Vec u, y;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(A, &u, &y));
   PetscCall(VecGetSize(u, &columns));
   PetscCall(VecGetSize(y, &rows));
@@ -39,7 +38,7 @@ static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int sli
     MPI_Allreduce(MPI_IN_PLACE, product, (int)(rows * n), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* To 1e-9: what is summed in another order rounds to 1e-13, and nothing else may differ. */
@@ -49,7 +48,6 @@ static PetscErrorCode Compare(Mat one, Mat many, const PetscInt order[], PetscIn
   PetscReal most = 0;
   PetscInt rows;
 
-  PetscFunctionBeginUser;
   PetscCall(MatGetSize(one, &rows, NULL));
   for (int slip = 0; slip < 3; slip++) {
     PetscCall(Product(one, NULL, n, slip, a));
@@ -59,7 +57,7 @@ static PetscErrorCode Compare(Mat one, Mat many, const PetscInt order[], PetscIn
       PetscCheck(PetscAbsReal(a[i] - b[i]) <= 1e-9 * most, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
                  "%s: row %" PetscInt_FMT " is %.15g, expected %.15g", type, i, (double)b[i], (double)a[i]);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Two rows and columns of S where the cells' rows are, and of Kn one row and two columns */
@@ -67,14 +65,13 @@ static PetscErrorCode CheckShares(Mat S, Mat Kn, PetscInt cells)
 {
   PetscInt m, n;
 
-  PetscFunctionBeginUser;
   PetscCall(MatGetLocalSize(S, &m, &n));
   PetscCheck(m == 2 * cells && n == 2 * cells, PETSC_COMM_SELF, PETSC_ERR_PLIB,
              "S has %" PetscInt_FMT " x %" PetscInt_FMT " here, expected twice %" PetscInt_FMT, m, n, cells);
   PetscCall(MatGetLocalSize(Kn, &m, &n));
   PetscCheck(m == cells && n == 2 * cells, PETSC_COMM_SELF, PETSC_ERR_PLIB,
              "Kn has %" PetscInt_FMT " x %" PetscInt_FMT " here, expected once and twice %" PetscInt_FMT, m, n, cells);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBool shares)
@@ -83,7 +80,6 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
   PetscInt *order = NULL, n = cells->n, nlocal = PETSC_DECIDE;
   Mat S[2], Kn[2];
 
-  PetscFunctionBeginUser;
   if (shares) PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, cells, type, &order, &shared.nlocal));
   shared.order = order;
   if (shares)
@@ -100,7 +96,7 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
     PetscCall(MatDestroy(&Kn[k]));
   }
   PetscCall(PetscFree(order));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* An odd number of cells, so that shares of rows are not shares of cells; with the root and the stage operator, which
@@ -111,7 +107,6 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
   PetscInt n = 9 * 7, nlocal = PETSC_DECIDE;
   Mat S[2], Kn[2], H[2], B[2];
 
-  PetscFunctionBeginUser;
   PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &nlocal, &n));
   PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &S[0], &Kn[0]));
   PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_WORLD, &grid, type, &S[1], &Kn[1]));
@@ -130,7 +125,7 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
     PetscCall(MatDestroy(&S[k]));
     PetscCall(MatDestroy(&Kn[k]));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -138,7 +133,6 @@ static PetscErrorCode Run(void)
   static PetscReal data[8 * N], more[TRIANGLE_COLUMNS * T];
   SlipCells rectangles = TwoDippingPlanes(NX, NZ, data), triangles = TrianglesOf(&rectangles, more);
 
-  PetscFunctionBeginUser;
   rectangles.kernel.type = &SlipKernelDippingVector;
   triangles.kernel.type = &SlipKernelTriangleVector;
   for (int shares = 0; shares < 2; shares++)
@@ -149,7 +143,7 @@ static PetscErrorCode Run(void)
   PetscCall(OfGrid(&rectangles.kernel, "dense"));
   PetscCall(OfGrid(&rectangles.kernel, "hmat"));
   PetscCall(OfGrid(&rectangles.kernel, "fft"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

@@ -33,7 +33,6 @@ static void WriteRecord(void)
 
 static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault, (void)ctx;
   for (PetscInt i = 0; i < n; i++) p[i] = 1e6 * (1 + (PetscReal)i / N) * PetscClipInterval(t / 2e6, 0, 1);
   return PETSC_SUCCESS;
 }
@@ -283,26 +282,22 @@ static void Shuffled(int which)
 
 static void weakening(void **state)
 {
-  (void)state;
   Shuffled(WEAKENING);
 }
 
 static void stressed(void **state)
 {
-  (void)state;
   Shuffled(STRESSED);
 }
 
 static void sliding(void **state)
 {
-  (void)state;
   Shuffled(SLIDING);
 }
 
 /* Its strength falls with the slip rate, by less the less normal stress there is: the error's part by instability. */
 static void falling(void **state)
 {
-  (void)state;
   Shuffled(FALLING);
 }
 
@@ -310,7 +305,6 @@ static void rate_and_state(void **state)
 {
   char dir[TEMPDIR_LENGTH];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("times", dir));
   snprintf(record, sizeof(record), "%s/p.h5", dir);
   WriteRecord();

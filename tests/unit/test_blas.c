@@ -29,7 +29,6 @@ static void threads(void **state)
                                      "OMP_NUM_THREADS"};
   int n;
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(said); i++) assert_int_equal(unsetenv(said[i]), 0);
   n = ThreadsOfProgram();
   if (!n) skip();

@@ -115,7 +115,6 @@ static void one_event(void **state)
   char folder[TEMPDIR_LENGTH], mesh[TEMPDIR_LENGTH + 16], file[TEMPDIR_LENGTH + 16];
   SlipH5 h;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("faults", folder));
   snprintf(mesh, sizeof(mesh), "%s/mesh.h5", folder);
   snprintf(file, sizeof(file), "%s/events.h5", folder);

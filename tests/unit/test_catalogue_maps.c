@@ -19,9 +19,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   Course *c = (Course *)ctx;
   const PetscReal *a;
 
-  PetscFunctionBegin;
-  (void)ts;
-  if (step < 0 || step > STEPS) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 0 || step > STEPS) return PETSC_SUCCESS;
   c->n = step + 1;
   c->t[step] = t;
   PetscCall(VecGetArrayRead(w, &a));
@@ -30,7 +28,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
     c->s[step][i] = a[3 * i + 2];
   }
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What cell i has slipped at t, along a straight line between the ends of the step */
@@ -94,7 +92,6 @@ static void one_event(void **state)
   PetscInt broke = 0;
   char folder[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("maps", folder));
   snprintf(file, sizeof(file), "%s/events.h5", folder);
   Solve(file, &course);

@@ -106,7 +106,6 @@ static void hierarchical_to_the_tolerance(void **state)
   const PetscReal tolerances[] = {1e-4, 1e-8, 1e-11}, share[] = {0.2, 0.35, 0.46};
   Mat dense;
 
-  (void)state;
   AddPlane(&mesh, 40, 20, 4, 0);
   AddPlane(&mesh, 30, 15, 2, 150);
   dense = Stiffness(&mesh, "dense", 0.5);
@@ -158,7 +157,6 @@ static void uniform_cells_are_the_grid(void **state)
   Vec weights;
   PetscReal norm, error;
 
-  (void)state;
   AddPlane(&mesh, 9, 7, 1, 0);
   S = Stiffness(&mesh, "dense", 0.5);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "dense", &K));
@@ -204,7 +202,6 @@ static void averages_of_cells(void **state)
   SlipGrid grid = {
     .nx = 25, .nz = 20, .length_x = 2500, .length_z = 2000, .kernel = ROCK(0.3, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
 
-  (void)state;
   AddPlane(&uniform, 25, 20, 1, 0);
   all_forms_agree(CellsOf(&uniform), SLIP_AVERAGE_CELL, &grid);
   all_forms_agree(CellsOf(&uniform), SLIP_AVERAGE_WHOLE, &grid);
@@ -226,7 +223,6 @@ static void uneven_cells_leave_nothing_between(void **state)
   const PetscScalar *f;
   PetscReal unit;
 
-  (void)state;
   Add(&mesh, 2 * h, 0, 12 * h, 4 * h, 4 * h); /* one large cell, 4 x 4 small ones beside it, and a frame of cells */
   for (int i = 0; i < 4; i++)
     for (int k = 0; k < 4; k++) Add(&mesh, (4.5 + i) * h, 0, (10.5 + k) * h, h, h);
@@ -264,7 +260,6 @@ static void reciprocity_weighs_by_area(void **state)
   const PetscReal backward = small * small * SlipKernelOffset(1, 0.3, -dx, -dy, zs, z, a, b, PETSC_FALSE);
   PetscReal error[2] = {0, 0};
 
-  (void)state;
   for (int level = 0; level < 2; level++) {
     const int n = level ? 40 : 20;
     PetscReal sum = 0;
@@ -290,7 +285,6 @@ static void viscosity_is_the_root(void **state)
   const char *const stiffness[] = {"dense", "hmat"};
   Mat H[2];
 
-  (void)state;
   AddPlane(&mesh, 14, 10, 3, 0);
   AddPlane(&mesh, 10, 8, 2, 400);
   for (int s = 0; s < 2; s++) {
@@ -334,7 +328,6 @@ static void stage_weighs_the_inertia(void **state)
   const PetscReal theta = 0.01;
   const char *const stiffness[] = {"dense", "hmat"};
 
-  (void)state;
   AddPlane(&mesh, 6, 5, 3, 0);
   for (int s = 0; s < 2; s++) {
     Mat S = Stiffness(&mesh, stiffness[s], 1e-8), H, B, whole;
@@ -370,7 +363,6 @@ static void bad_cells_are_refused(void **state)
     {50, 0, 150, 100, INFINITY}, {99, 0, 50, 100, 100}, {50, 1e-9, 99, 100, 100},
   };
 
-  (void)state;
   ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(bad); k++) {
     static Mesh mesh;
@@ -436,7 +428,6 @@ static void run_on_uniform_cells_is_the_grids(void **state)
   PetscReal slip[4];
   PetscInt steps[4];
 
-  (void)state;
   AddPlane(&mesh, 9, 7, 1, 0);
   WriteMesh("test_cells_uniform.h5", &mesh);
   RunFault(NULL, "dense", "mean_slip", &slip[0], &steps[0]);
@@ -459,7 +450,6 @@ static void distant_faults_decouple(void **state)
   PetscReal slip[3];
   PetscInt steps[3];
 
-  (void)state;
   AddPlane(&one, 6, 5, 2, 0);
   AddPlane(&far, 6, 5, 2, 0);
   AddPlane(&far, 6, 5, 2, 1e6);

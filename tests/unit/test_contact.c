@@ -36,7 +36,6 @@ static void random_stages(void **state)
   PetscReal worst[3] = {0};
   uint64_t seed = 17;
 
-  (void)state;
   ok(PetscOptionsGetInt(NULL, NULL, "-stages", &stages, NULL));
   for (PetscInt trial = 0; trial < stages; trial++) {
     const PetscInt n = 1 + trial % 7, which = trial / 7 % 2;
@@ -98,7 +97,6 @@ static void pressed_cells(void **state)
   uint64_t seed = 23;
   PetscInt solved = 0, count = 0, its;
 
-  (void)state;
   for (int trial = 0; trial < 200; trial++) {
     const PetscInt n = 1 + trial % 5, weakens = trial % 2;
     const PetscReal *a, *b;
@@ -170,7 +168,6 @@ static void one_cell(void **state)
   const PetscReal pressure[] = {0, 2 + e * slides, 3, NAN};
   uint64_t seed = 1;
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     VectorsNumbers s;
     PetscReal beyond, opposite, balance, inside;

@@ -88,7 +88,6 @@ static void motion_is_as_stiff_as_the_strength_it_takes(void **state)
   PetscReal *a;
   Vec w;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "initial_traction", MU * SIGMA));
   ok(SlipFaultSetString(fault, "initial", "traction"));
   ok(SlipFaultSetInertia(fault, PETSC_TRUE));
@@ -110,7 +109,6 @@ static void one_block_swings_by_the_coupled_stiffness(void **state)
 {
   PetscReal rate, last = 0;
 
-  (void)state;
   assert_true(BlockError(0.75, 300, &rate) < 1e-3);
   assert_true(rate == 0);
   for (PetscInt steps = 10; steps <= 40; steps *= 2) {
@@ -131,7 +129,6 @@ static void rest_ends_when_force_meets_the_falling_strength(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   for (int heals = 0; heals < 2; heals++) {
     SlipFault fault = Thrust(1, 1, 30, heals ? "exponential_slip_weakening" : "constant");
 
@@ -162,7 +159,6 @@ static void normal_stress_begins_as_given(void **state)
   const PetscReal *change;
   Vec w, u, change_of;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -218,7 +214,6 @@ static void what_changes_normal_stress(void **state)
              {30, {0, 0}, "no", PETSC_FALSE, PETSC_FALSE, PETSC_TRUE},
              {90, {0, 0}, "auto", PETSC_TRUE, PETSC_TRUE, PETSC_TRUE}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(row); k++) {
     SlipFault fault = Thrust(2, 1, row[k].dip, "constant");
 
@@ -240,7 +235,6 @@ static void what_changes_normal_stress(void **state)
    of this one too: to the bit */
 static void friction_is_of_the_state_asked_about(void **state)
 {
-  (void)state;
   for (int k = 0; k < 4; k++) {
     SlipFault fault = Thrust(3, 2, 30, k % 2 ? "rate_and_state" : "constant");
     SlipStage stage = {.t = 1, .theta = 1, .omega = 1};
@@ -286,7 +280,6 @@ static void rates_balance_with_the_stress_of_now(void **state)
   SlipFrictionCells friction;
   Vec w, u, Ku, Knu;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
   ok(SlipFaultSetUp(fault));
   assert_true(fault->kind.coupled);
@@ -376,7 +369,6 @@ static void coupling_is_the_derivative_of_the_bound(void **state)
 {
   SlipFault weakening = Thrust(4, 3, 25, "exponential_slip_weakening"), smooth = Thrust(4, 3, 25, "rate_and_state");
 
-  (void)state;
   ok(SlipFaultSetReal(weakening, "initial_traction", 1e7));
   ok(SlipFaultSetString(weakening, "initial", "traction"));
   CheckDerivative(weakening);
@@ -430,7 +422,6 @@ static void newton_hardly_needs_more(void **state)
 {
   const PetscInt without = Iterations("no", 1), direct = Iterations("auto", 1), krylov = Iterations("auto", 0);
 
-  (void)state;
   print_message("iterations of the worst step: %d without, %d by LU, %d by gmres\n", (int)without, (int)direct,
                 (int)krylov);
   assert_true(direct <= without + 6);
@@ -484,7 +475,6 @@ static void implicit_steps_of_smooth_friction_follow_explicit_ones(void **state)
   const PetscReal loose = CycleSlip(TSBATHE, TSADAPTBASIC, 1e-4, 1), tight = CycleSlip(TSBATHE, TSADAPTBASIC, 1e-5, 1);
   const PetscReal krylov = CycleSlip(TSBATHE, TSADAPTBASIC, 1e-5, 0);
 
-  (void)state;
   print_message("slip %.10g, bathe off by %g %g %g\n", (double)exact, (double)(loose / exact - 1),
                 (double)(tight / exact - 1), (double)(krylov / exact - 1));
   assert_true(PetscAbsReal(loose / exact - 1) < 1e-3);

@@ -40,15 +40,13 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   const PetscReal *a;
   PetscReal v;
 
-  PetscFunctionBegin;
-  (void)ts, (void)t;
   PetscCall(VecGetArrayRead(w, &a));
   v = a[0] / v_inf;
   PetscCall(VecRestoreArrayRead(w, &a));
   if (step < 4) rates->least = rates->largest = v;
   rates->least = PetscMin(rates->least, v);
   rates->largest = PetscMax(rates->largest, v);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
@@ -76,7 +74,6 @@ static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
    the other sign; the backward formula after it takes that away, so neither rule toggles here. */
 static void creep_does_not_toggle(void **state)
 {
-  (void)state;
   for (int k = 0; k < 6; k++) {
     const TSBatheFirstStage rule = k < 2 ? TSBATHE_STAGE_TRAPEZOIDAL : TSBATHE_STAGE_BACKWARD;
     const Rates rates = Creep(rule, k % 2 ? 1e-3 : 0, k < 4 ? PETSC_TRUE : PETSC_FALSE);
@@ -114,7 +111,6 @@ static void traction_is_critical_start(void **state)
 {
   const PetscReal ends[] = {1, 2, 20};
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     PetscReal slip[2], rate[2];
 
@@ -156,7 +152,6 @@ static void loading_is_no_slip(void **state)
   const PetscReal h = 3e8, slips[] = {0.01, 0.3, 0.6};
   PetscReal smaller = 0;
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const PetscReal unloaded = ErrorOf(0, h, slips[k]);
 

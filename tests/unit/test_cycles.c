@@ -69,7 +69,6 @@ static void relaxation(void **state)
 {
   const PetscReal rate[] = {1e-6, 1};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipFault fault = fault_of(rate[k]);
     const double sigma_a = 25e6 * 0.01;
@@ -106,11 +105,9 @@ static void relaxation(void **state)
 
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecCopy(y, f));
   PetscCall(VecScale(f, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* y' = -y from 1 with constant steps by formulas of order 2 */
@@ -144,7 +141,6 @@ static void stability(void **state)
 {
   double error[2];
 
-  (void)state;
   assert_true(fabs(decayed(2.9, 400)) < 1e-3);
   assert_true(fabs(decayed(3.1, 400)) > 1e3);
   for (int k = 0; k < 2; k++) error[k] = fabs(decayed(0.02 / (1 + k), 50 * (1 + k)) - exp(-1));
@@ -159,7 +155,6 @@ static void keeps_accuracy(void **state)
 {
   PetscInt missed = 0;
 
-  (void)state;
   for (uint64_t seed = 1; seed < 3; seed++) {
     const PetscReal accuracy[] = {1e-2, 3e-3};
     RunEpisode *e;
@@ -197,7 +192,6 @@ static void is_default(void **state)
   TSAdapt adapt;
   TS ts;
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(cases); k++) {
     fault = fault_of(1e-6);
     if (k == 1) ok(SlipFaultSetReal(fault, "accuracy", 1e-3));
@@ -285,7 +279,6 @@ static void quiet_cells(void **state)
     const char *type, *adapt;
   } runs[] = {{TSADAMS, TSADAPTPI}, {TSADAMS, TSADAPTBASIC}, {TSRK, TSADAPTBASIC}};
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const double alone = steps_of(CORNER, runs[k].type, runs[k].adapt, NULL);
     const double beside = steps_of(16 * CORNER, runs[k].type, runs[k].adapt, NULL);
@@ -305,11 +298,9 @@ static PetscInt compared; /* steps */
 static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
                             PetscBool guarded, PetscReal *h, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)adapt, (void)ts, (void)n, (void)last, (void)guarded, (void)ctx;
   told = obs[0];
   *h = 1e3;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The mean rate by hand, against what was observed of this state when the step was judged, and what is said of it
@@ -321,8 +312,6 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   PetscReal sum = 0, mean = 0, tstar;
   const PetscReal *a;
 
-  PetscFunctionBegin;
-  (void)ts;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < N; i++) {
     sum += PetscAbsReal(a[3 * i]) / N;
@@ -332,11 +321,11 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &o));
   assert_true(fabs(o.mean_slip_rate - mean) <= 1e-13 * sum);
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
-  if (step < 2) PetscFunctionReturn(PETSC_SUCCESS); /* the first state is observed by nobody */
+  if (step < 2) return PETSC_SUCCESS; /* the first state is observed by nobody */
   compared++;
   if (fabs(told - log10(sum * tstar / 0.14)) > 1e-9)
     fail_msg("step %d: observed %.12g, is %.12g", (int)step, (double)told, log10(sum * tstar / 0.14));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Of all explicit types; the fifth order pair's last stage is not the step's end. */
@@ -344,7 +333,6 @@ static void sums_are_of_now(void **state)
 {
   const char *const names[] = {"log_mean_velocity"}, *const pairs[] = {NULL, TSRK3BS, TSRK5F};
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     SlipFault fault = fault_of(1e-6);
     TSAdapt adapt;
@@ -379,7 +367,6 @@ static void sums_are_of_the_load(void **state)
   Vec w, F;
   TS ts;
 
-  (void)state;
   ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
   ok(VecDuplicate(w, &F));
   ok(VecGetArray(w, &a));

@@ -12,9 +12,7 @@
 enum { N = 1500, BLOCK = 3, MANY = 6 };
 static SlipDevice device;
 static struct sigaction before[32]; /* before the device was opened */
-#define NEEDS_DEVICE                                                                                                   \
-  (void)state;                                                                                                         \
-  if (!device) skip()
+#define NEEDS_DEVICE if (!device) skip()
 
 static PetscReal Entry(PetscInt which, PetscInt i)
 {
@@ -253,11 +251,9 @@ static void strides(void **state)
 /* u' = -u^2 of entries from 1/2 to 2, whose solution is u / (1 + t u) */
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecPointwiseMult(f, u, u));
   PetscCall(VecScale(f, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* By Adams' steps with tolerances that are vectors, of which one entry has none; the number of steps */
@@ -393,7 +389,6 @@ static void signals(void **state)
 
 static int setup(void **state)
 {
-  (void)state;
   ok(SlipDeviceRegisterVec());
   Handlers(before);
   if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device_name nothing", "nothing", &device) && SlipDeviceBuiltIn() &&

@@ -331,7 +331,6 @@ static void memory(void **state)
 
 static int setup(void **state)
 {
-  (void)state;
   ok(SlipDeviceRegisterVec());
   if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device)) {
     device = NULL;

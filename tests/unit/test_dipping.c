@@ -84,7 +84,6 @@ static void published_doubles(void **state)
   const SlipDippingRectangle source = {0, 0, 10, 10, 8, 0, 30};
   const PetscReal m[3] = {1, -1, -1};
 
-  (void)state;
   for (size_t p = 0; p < PETSC_STATIC_ARRAY_LENGTH(DC3D); p++) {
     const Published *d = &DC3D[p];
     const PetscReal at[3] = {d->at[0], -d->at[1], -d->at[2]};
@@ -117,7 +116,6 @@ static void published_table(void **state)
      {0, 0, 0, 0, 2.748e-2, 0, 0, 0, -7.166e-2},
      {1.223e-2, 0, -1.606e-2, -4.182e-3, 0, 0, -2.325e-3, -9.146e-3, 0}}};
 
-  (void)state;
   for (int t = 0; t < 2; t++)
     for (int c = 0; c < 3; c++) {
       const PetscReal angle = dips[t] * PETSC_PI / 180, at[3] = {points[t][0], -points[t][1], 0};
@@ -175,7 +173,6 @@ static void quadrature(void **state)
 {
   PetscReal node[POINTS], weight[POINTS], worst = 0;
 
-  (void)state;
   Gauss(POINTS, node, weight);
   for (int pair = 0; pair < 50; pair++) {
     const PetscBool full = (PetscBool)(pair % 5 == 4);
@@ -217,7 +214,6 @@ static void free_surface(void **state)
 {
   enum { POINTS_OF_SURFACE = 40 };
 
-  (void)state;
   for (int trial = 0; trial < 60; trial++) {
     const PetscReal dip = trial % 6 == 1 ? 90 : Random(1, 90), nu = Random(-0.5, 0.49);
     SlipDippingRectangle r = {0, 0, 0, Random(0.5, 4), Random(0.5, 4), Random(0, 360), dip};

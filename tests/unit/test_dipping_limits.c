@@ -43,7 +43,6 @@ static void vertical(void **state)
 {
   const PetscReal G = 30, slip[3] = {1, 0, 0};
 
-  (void)state;
   for (int trial = 0; trial < 400; trial++) {
     const PetscReal nu = Random(-0.5, 0.49), y = trial % 3 ? Random(-5, 5) : 0;
     const PetscBool full = (PetscBool)(trial % 4 == 3);
@@ -74,7 +73,6 @@ static void near_vertical(void **state)
 {
   static const PetscReal steps[] = {1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12};
 
-  (void)state;
   for (int trial = 0; trial < 60; trial++)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(steps); k++) {
       const PetscReal e = steps[k] * PETSC_PI / 180;
@@ -113,7 +111,6 @@ static void Turned(PetscReal D[3][3], const PetscReal from[12], PetscReal to[12]
    corners. */
 static void turned(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 200; trial++) {
     const PetscBool full = (PetscBool)(trial % 2), exchange = (PetscBool)(trial % 4 == 3);
     SlipDippingRectangle r, s;
@@ -156,7 +153,6 @@ static void units(void **state)
 {
   static const PetscReal factors[] = {1024, 1. / 1024, 1000, 1e-3, 1e6};
 
-  (void)state;
   for (int trial = 0; trial < 100; trial++)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(factors); k++) {
       const PetscReal c = factors[k];
@@ -183,7 +179,6 @@ static void units(void **state)
 /* A rectangle is its parts. 1e-12 of the larger of the whole and the parts. */
 static void parts(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 60; trial++) {
     SlipDippingRectangle r;
     PetscReal slip[3], at[3], d[3][3], whole[12], sum[12] = {0};
@@ -216,7 +211,6 @@ static void parts(void **state)
    h = 1e-6 of the distance from it. */
 static void extensions(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 400; trial++) {
     const int edge = trial % 4;
     const PetscBool up = (PetscBool)(edge < 2 && trial % 8 < 4);
@@ -249,7 +243,6 @@ static void extensions(void **state)
    rectangle belongs to the hanging wall, one of the trace too: its limit along the ground. */
 static void sides(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 60; trial++) {
     const PetscReal h = 1e-9;
     SlipDippingRectangle r;
@@ -298,7 +291,6 @@ static void edges(void **state)
 {
   enum { AROUND = 64 };
 
-  (void)state;
   for (int trial = 0; trial < 90; trial++) {
     const PetscReal h = 1e-4, i = trial % 3 - 1, j = trial / 3 % 3 - 1;
     SlipDippingRectangle r;
@@ -333,7 +325,6 @@ static void tractions(void **state)
   const PetscReal want[9] = {0, -root, -half, -1, 0, 0, 0, half, -root}, nu = 0.25;
   PetscReal d[9], t[3], stress[6];
 
-  (void)state;
   SlipPlaneDirections(0, 30, 90, d);
   for (int i = 0; i < 9; i++) AssertNear(d[i], want[i], 1e-15);
   /* a push from east to west presses the plane by sin^2 and drives the hanging wall up dip */
@@ -377,7 +368,6 @@ static void input(void **state)
   PetscReal at[MANY][3], u[MANY][3], s[MANY][6], one[6];
   SlipDippingRectangle wrong;
 
-  (void)state;
   for (int k = 0; k < MANY; k++)
     for (int i = 0; i < 3; i++) at[k][i] = Random(i < 2 ? -4 : 0, 4);
   ok(SlipDippingDisplacement(0.25, PETSC_FALSE, &r, slip, MANY, &at[0][0], &u[0][0]));

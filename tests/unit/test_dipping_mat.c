@@ -44,7 +44,6 @@ static void vertical_is_the_limit(void **state)
   SlipGrid vertical = dipping.grid;
   Mat K, Kn, old;
 
-  (void)state;
   vertical.kernel.type = &SlipKernelStrikeSlip;
   ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &dipping, "dense", &K, &Kn));
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &vertical, "dense", &old));
@@ -65,7 +64,6 @@ static void stiffness_is_nearly_symmetric(void **state)
                  other = {.rectangle = {1800, -900, 1500, 50, 40, 140, 60}, .rake = -20};
   PetscReal ab[2], ba[2], fine[2][2];
 
-  (void)state;
   SlipKernelBlock(&Rock, &a, &b, ab);
   SlipKernelBlock(&Rock, &b, &a, ba);
   SlipKernelBlock(&Rock, &near, &other, fine[0]);
@@ -84,7 +82,6 @@ static void pairs_at_once(void **state)
   SlipCell receiver[pairs], source[pairs];
   PetscReal at_once[2 * pairs], block[2], largest = 0;
 
-  (void)state;
   for (int space = 0; space < 2; space++) {
     SlipKernel kernel = Rock;
 
@@ -116,7 +113,6 @@ static void turned_problems_have_the_same_operators(void **state)
   SlipCells cells[2];
   Mat K[2], Kn[2];
 
-  (void)state;
   for (PetscInt e = 0; e < 2 * N; e++) {
     const PetscReal down = 80 * ((e % N) / NX + 0.5), along = 100 * (e % NX), dip = e < N ? 50 : 70;
     const PetscReal angle = dip * PETSC_PI / 180,
@@ -197,7 +193,6 @@ static void hierarchical_is_dense(void **state)
   const SlipDippingGrid loose = {.grid = plane.grid, .dip = 25, .rake = rake, .tolerance = 1e-3};
   const SlipDippingGrid strain = {.grid = {1, line, 1e7, 40e3, 0, Rock}, .dip = 60, .rake = rake};
 
-  (void)state;
   for (PetscInt e = 0; e < nx * nz; e++) rake[e] = 60 + 0.1 * e;
   Hierarchical(&plane, 0.6);
   Hierarchical(&loose, 0.4); /* 0.34 with 1e-3, 0.52 with 1e-8 */
@@ -214,7 +209,6 @@ static void stress_is_even_or_odd_along_strike(void **state)
   const SlipDippingRectangle source = {0, 0, 300, 100, 80, 0, 35};
   PetscReal points[2][3], traction[2][3], own[3];
 
-  (void)state;
   for (PetscInt slip = 0; slip < 2; slip++) {
     ok(SlipKernelDipping.plane(&Rock, &source, slip, 1, &source.x, own));
     for (PetscInt d = 1; d < 10; d++)
@@ -291,7 +285,6 @@ static void transforms_are_dense(void **state)
   const PetscReal uniform[] = {0, 90, 37, 180, -90};
   PetscReal rake[N];
 
-  (void)state;
   for (size_t s = 0; s < PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
     for (size_t r = 0; r < PETSC_STATIC_ARRAY_LENGTH(uniform); r++) {
       for (PetscInt e = 0; e < N; e++) rake[e] = uniform[r];
@@ -335,7 +328,6 @@ static void both_at_once(void **state)
   Mat K[3], Kn[3], dense[2];
   Vec x, y;
 
-  (void)state;
   for (int general = 0; general < 2; general++) {
     for (PetscInt e = 0; e < N; e++) rake[e] = general ? 5 * e : 90;
     SlipDippingGrid grid = Grid(30, rake);
@@ -366,7 +358,6 @@ static void storage_of_transforms(void **state)
   PetscBool known, symmetric;
   Mat K, Kn;
 
-  (void)state;
   for (int general = 0; general < 2; general++) {
     for (PetscInt e = 0; e < N; e++) rake[e] = general ? 5 * e : 0;
     SlipDippingGrid grid = Grid(30, rake);
@@ -399,7 +390,6 @@ static void long_cells_are_plane_strain(void **state)
   SlipKernel full = Rock;
   PetscReal block[2];
 
-  (void)state;
   full.full_space = PETSC_TRUE;
   SlipKernelBlock(&full, &receiver, &source, block);
   AssertNear(block[0], expected, 1e-6 * PetscAbsReal(expected)); /* (d/length)^2, and corners of 1e8 m: 1e-16 1e8/w */
@@ -413,7 +403,6 @@ static void what_is_refused(void **state)
   const SlipKernelType slow = {.name = "slow", .components = 1, .normals = 1, .centre = SlipKernelDipping.centre};
   Mat K;
 
-  (void)state;
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &K, NULL),
         "Dip must lie in (0, 90] degrees, not 95");
   grid.dip = 40;
@@ -445,7 +434,6 @@ static void auto_chooses(void **state)
   PetscBool same;
   Mat K;
 
-  (void)state;
   for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
     SlipDippingGrid grid = {.grid = {cases[c].nx, cases[c].nz, 1600, 1600, 0, Rock}, .dip = 40, .rake = rake};
 

@@ -21,22 +21,20 @@ static PetscErrorCode SetUp_Strain(SlipElastic el, const SlipElasticRock *rock)
 {
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(VecDuplicate(rock->along, &c->along));
   PetscCall(VecCopy(rock->along, c->along));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Force_Strain(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
   if (u && shear) PetscCall(VecAXPY(shear, -t * c->rate, c->along));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The rate is part of the problem: a run with another one is another run. */
@@ -45,24 +43,22 @@ static PetscErrorCode Visit_Strain(SlipElastic el, SlipState s)
   PetscReal then;
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   then = c->rate;
   PetscCall(SlipStateReal(s, "rate", 1, &then));
   PetscCheck(then == c->rate, PETSC_COMM_SELF, PETSC_ERR_ARG_INCOMP, "the medium's rate is %g Pa/s, was %g Pa/s",
              (double)c->rate, (double)then);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Destroy_Strain(SlipElastic el)
 {
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(VecDestroy(&c->along));
   PetscCall(PetscFree(c));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Create_Strain(SlipElastic el)
@@ -74,11 +70,10 @@ static PetscErrorCode Create_Strain(SlipElastic el)
                               .loads = PETSC_TRUE};
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->rate = Rate;
   PetscCall(SlipElasticSetOps(el, &ops, c));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A fault of two components or one, under the rate by the medium or by its option; two sizes of cells' sides */
@@ -113,7 +108,6 @@ static Vec Run(SlipFault fault, TSAdaptType type, PetscReal dt, PetscReal end, P
    chooses by default, as a medium that loads is a load to it. */
 static void strain_is_stressing(void **state)
 {
-  (void)state;
   ok(SlipElasticRegister("strain", Create_Strain));
   for (PetscInt components = 1; components < 3; components++)
     for (int constant = 0; constant < 2; constant++) {
@@ -139,7 +133,6 @@ static void strain_is_stressing(void **state)
 /* What a medium without memory keeps in a checkpoint is looked at where a run goes on. */
 static void another_rate(void **state)
 {
-  (void)state;
   for (int k = 0; k < 3; k++) {
     SlipFault fault = Make(PETSC_TRUE, 1, k == 2 ? 2e4 : 1e4);
     PetscReal omega;
@@ -171,26 +164,21 @@ static PetscInt Multiplied; /* products with the stiffness below */
 
 static PetscErrorCode CountedMult(Mat K, Vec x, Vec y)
 {
-  PetscFunctionBegin;
-  (void)K;
   Multiplied++;
   PetscCall(VecAXPBY(y, 2, 0, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Force_Alone(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
-  PetscFunctionBegin;
-  (void)el, (void)t, (void)normal;
   PetscCall(VecAXPBY(shear, 2, 0, u ? u : v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Create_Alone(SlipElastic el)
 {
-  PetscFunctionBegin;
   PetscCall(SlipElasticSetOps(el, &(SlipElasticOps){.force = Force_Alone}, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Products with a stiffness of a user's are counted as it counts itself, those of a viscosity included; a medium that
@@ -201,7 +189,6 @@ static void products_are_counted(void **state)
   Mat K, B;
   Vec x, y;
 
-  (void)state;
   ok(SlipElasticInitializePackage());
   ok(SlipElasticRegister("alone", Create_Alone));
   for (int k = 0; k < 3; k++) {
@@ -250,20 +237,18 @@ static PetscInt products;
 /* An affine f, which counts */
 static PetscErrorCode Force_Offset(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
-  PetscFunctionBegin;
   products++;
   PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
   PetscCall(VecShift(shear, 1e9));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Create_Offset(SlipElastic el)
 {
   const SlipElasticOps ops = {.force = Force_Offset};
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticSetOps(el, &ops, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Of the dense D^-1 K D^-1/mass, D^2 = diag(weights), column by column */
@@ -315,7 +300,6 @@ static void largest_frequency(void **state)
   const SlipGrid grids[] = {{20, 15, 3000, 2400, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
                             {1, 1, 100, 100, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)}};
 
-  (void)state;
   ok(SlipElasticRegister("offset", Create_Offset));
   for (int kind = 0; kind < 6; kind++) {
     SlipElasticRock rock = {
@@ -363,7 +347,6 @@ static void largest_frequency(void **state)
 /* A run that has found it writes it to its file, and another one has none. */
 static void in_the_file(void **state)
 {
-  (void)state;
   for (int found = 0; found < 2; found++) {
     SlipFault fault = Make(PETSC_FALSE, 1, 0);
     PetscReal omega, written;

@@ -20,7 +20,6 @@ static void parameters(void **state)
   SlipFault fault = Make(2, 2);
   PetscReal x;
 
-  (void)state;
   ok(SlipFaultGetReal(fault, "thickness", &x));
   assert_true(x == 3000);
   ok(SlipFaultSetReal(fault, "length_x", 5000));
@@ -51,7 +50,6 @@ static void mesh_first(void **state)
   SlipFault fault = Make(3, 2);
   PetscReal z[6], a[6], got[6];
 
-  (void)state;
   ok(FaultSetReals(fault, {"length_x", 3000}, {"length_z", 4000}, {"dip", 30}, {"strike", 350}, {"depth_top", 500}));
   fails(SlipFaultGetGeometry(fault, "z", 6, z), "call SlipFaultSetUpMesh() or SlipFaultSetUp() first");
   ok(SlipFaultSetUpMesh(fault));
@@ -116,7 +114,6 @@ static void two_faults(void **state)
   Mat K;
   TS ts;
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++)
     ok(PetscOptionsSetValue(NULL, options[i][0], options[i][1]));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &upper));
@@ -171,7 +168,6 @@ static void normal_stress(void **state)
   const PetscReal given[4][3] = {{NAN, NAN, 15e3}, {1e6, NAN, 0}, {1e6, 2e3, 2e3}, {NAN, 2e3, 2e3}};
   SlipFault fault;
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     PetscReal gradient;
 
@@ -201,7 +197,6 @@ static void scaling_and_critical_state(void **state)
   Vec sigma, x;
   PetscReal mean, stress, norm, sum;
 
-  (void)state;
   ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(fault));
   VecsDuplicate(fault->critical.uc, &sigma, &x);
@@ -227,7 +222,6 @@ static void elasticity_is_left_alone(void **state)
   PetscReal K;
   Vec d;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   assert_true(fault->operators.scaling == 1);
   ok(SlipFaultGetWork(fault, &d));
@@ -264,7 +258,6 @@ static void field_file(void **state)
   PetscReal data[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   SlipFault fault = Make(3, 2);
 
-  (void)state;
   WriteField(file, "/friction_slip", 2, 3, data);
   ok(SlipFaultSetString(fault, "parameters", file));
   ok(SlipFaultSetUp(fault));
@@ -291,7 +284,6 @@ static void stiffness_file(void **state)
   PetscReal good[4] = {3e7, -1e7, -1e7, 3e7}, x;
   SlipFault fault = Make(2, 1);
 
-  (void)state;
   WriteField(file, "/run/K", 2, 2, good);
   ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
   ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
@@ -317,7 +309,6 @@ static void stiffness_view(void **state)
   Mat K, dense;
   PetscBool same;
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-fault_stiffness_view", "binary:test_fault_view.bin"));
   ok(SlipFaultSetFromOptions(fault));
   ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
@@ -347,7 +338,6 @@ static void elimination(void **state)
   PetscReal *a, *b, *c, *f;
   const PetscReal *g;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "loading_rate", 0.02));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &base));
@@ -395,7 +385,6 @@ static void power_balance(void **state)
   PetscReal rate = 0, *a, *f, *x;
   const PetscReal *k, *q;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "loading_rate", -0.03));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
@@ -443,7 +432,6 @@ static void observations(void **state)
   Vec w;
   PetscReal x;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -473,7 +461,6 @@ static void work_vectors(void **state)
     {"friction_law", "linear_slip_weakening"}, {"friction_law", "rate_and_state"}, {"initial", "rest"}};
   Vec x[FAULT_WORK + 1] = {NULL};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(kinds); k++) {
     SlipFault fault = Make(3, 2);
     TS ts;

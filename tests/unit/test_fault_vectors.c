@@ -98,7 +98,6 @@ static void a_line_slips_as_with_one_component(void **state)
   PetscReal one[8], two[16];
   SlipFault fault;
 
-  (void)state;
   fault = Cells(8, 1, PETSC_FALSE, 0, 1);
   Run(fault, 1500, one);
   ok(SlipFaultDestroy(&fault));
@@ -115,7 +114,6 @@ static void axes_do_not_matter(void **state)
   PetscReal u[24], other[24];
   SlipFault fault;
 
-  (void)state;
   fault = Cells(4, 3, PETSC_FALSE, 25, 2);
   Run(fault, 300, u);
   ok(SlipFaultDestroy(&fault));
@@ -138,7 +136,6 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   PetscReal *a;
   Vec w, u, force;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -247,7 +244,6 @@ static void a_line_ruptures_as_with_one_component(void **state)
   PetscInt sliding, of_two;
   SlipFault fault;
 
-  (void)state;
   fault = Weakening(8, 1, PETSC_FALSE, 0, 1);
   Rupture(fault, 300, one, &sliding);
   ok(SlipFaultDestroy(&fault));
@@ -264,7 +260,6 @@ static void ruptures_prefer_no_axis(void **state)
   PetscInt sliding;
   SlipFault fault;
 
-  (void)state;
   fault = Weakening(4, 3, PETSC_FALSE, 25, 2);
   Rupture(fault, 200, u, &sliding);
   ok(SlipFaultDestroy(&fault));
@@ -283,7 +278,6 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
   PetscReal rest, stress[2 * N], *a;
   Vec w;
 
-  (void)state;
   for (PetscInt dip = 30; dip <= 90; dip += 60) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
     ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}, {"rake", 40}, {"slip_components", 2}, {"dip", dip},
@@ -343,7 +337,6 @@ static void a_round_crack_slips_along_its_load(void **state)
   Mat K;
   KSP ksp;
 
-  (void)state;
   for (PetscInt j = 0; j < SIDES; j++)
     for (PetscInt i = 0; i < SIDES; i++) {
       const PetscReal a = (PetscReal)i + 0.5 - R, d = (PetscReal)j + 0.5 - R;
@@ -414,7 +407,6 @@ static void wrong_combinations_are_refused(void **state)
 {
   SlipFault fault;
 
-  (void)state;
   fault = Cells(2, 2, PETSC_FALSE, 0, 2);
   ok(SlipFaultSetString(fault, "stiffness_file", "k.h5"));
   fails(SlipFaultSetUp(fault), "-fault_slip_components 2 does not go with -fault_stiffness_file k.h5");

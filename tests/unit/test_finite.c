@@ -12,7 +12,6 @@ static const PetscReal last = 1e8; /* until when the pressure is a number [s] */
 
 static PetscErrorCode Ends(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault, (void)ctx;
   for (PetscInt i = 0; i < n; i++) p[i] = t > last ? (PetscReal)NAN : 1e6;
   return PETSC_SUCCESS;
 }
@@ -110,14 +109,12 @@ static void Run(TSType type, TSAdaptType adapt)
 
 static void bathe(void **state)
 {
-  (void)state;
   Run(TSBATHE, "heuristic");
   Run(TSBATHE, TSADAPTNONE);
 }
 
 static void explicit_steps(void **state)
 {
-  (void)state;
   Run(TSRK, TSADAPTBASIC);
   Run(TSADAMS, TSADAPTDSP);
   Run(TSADAMS, TSADAPTNONE);

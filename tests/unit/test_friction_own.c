@@ -15,7 +15,6 @@ static const SlipParameter own[] = {
 static void Mine(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
                  PetscReal *dv)
 {
-  (void)s, (void)v;
   *excess = p->own ? 1e-3 * p->own[DROP] + 1e-6 * p->own[COUNT] + 1e-9 * p->own[TIME] : 0;
   *ds = *dv = 0;
 }
@@ -49,7 +48,6 @@ static void late_and_refused(void **state)
   char names[FAULT_MAX_OWN][16];
   SlipFrictionLaw bad = Law("bad", twice);
 
-  (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   fails(SlipFaultGetReal(fault, "mine_drop", &x), "no number \"mine_drop\"");
   ok(SlipFaultRegisterFrictionLaw(&other));
@@ -154,7 +152,6 @@ static void states(void **unused)
   TS ts;
   Vec w, atol;
 
-  (void)unused;
   ok(SlipFrictionFind("rate_and_state", &found));
   law = *found;
   law.name = "warm";
@@ -211,7 +208,6 @@ enum { TIME_UP = 4, TIME_DOWN = 9 }; /* [s] */
 static void Sets(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
                  PetscReal *dv)
 {
-  (void)p, (void)v;
   *excess = 0.1 * s[0] - 0.01 * s[1];
   ds[0] = 0.1;
   ds[1] = -0.01;
@@ -221,7 +217,6 @@ static void Sets(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscR
 static void SetsRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
                      PetscReal dv[])
 {
-  (void)p;
   rate[0] = (1 - s[0]) / TIME_UP - v * s[0];
   rate[1] = (-1 - s[1]) / TIME_DOWN - v * s[1];
   ds[0] = -1.0 / TIME_UP - v;
@@ -232,7 +227,6 @@ static void SetsRate(const SlipFriction *p, const PetscReal s[], PetscReal v, Pe
 
 static void SetsSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
-  (void)p;
   s[0] = 1 / (1 + TIME_UP * v);
   s[1] = -1 / (1 + TIME_DOWN * v);
 }
@@ -255,7 +249,6 @@ static void states_at_rest(void **unused)
   TS ts;
   Vec w;
 
-  (void)unused;
   ok(SlipFaultRegisterFrictionLaw(&law));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(SlipFaultSetString(fault, "friction_law", "sets"));
@@ -294,7 +287,6 @@ static void fields(void **state)
              {"mine_time", NAN, "/mine_time[0, 1] is nan, expected a finite number s"}};
   SlipFault fault;
 
-  (void)state;
   for (size_t k = 0; k < sizeof(bad) / sizeof(*bad); k++) {
     const PetscReal values[] = {bad[k].value > 1 ? 1 : 0.25, bad[k].value};
 

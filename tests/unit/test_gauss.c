@@ -47,7 +47,6 @@ static void test_gradient(void **state)
   TQC t;
   Losses losses;
 
-  (void)state;
   RandomSeed(&r, 5);
   assert_int_equal(TQCCreate(&o, &r, &t), 0);
   assert_int_equal(TQCNoiseCount(&t), 2 * BATCH);
@@ -90,7 +89,6 @@ static void test_density(void **state)
   Sample s = {mean_raw, mean, noise, var, std_raw, action, logp};
   double sum = 0;
 
-  (void)state;
   for (int i = 0; i < N; ++i) {
     h[i] = 1;
     eps[i] = -8 + 16. * i / (N - 1);

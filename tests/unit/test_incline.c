@@ -46,8 +46,6 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
   const PetscReal *w, *more = NULL;
   PetscReal load[2], column[2], K[2], *p;
 
-  PetscFunctionBegin;
-  (void)con;
   b->t = stage->t;
   b->theta = stage->theta;
   PetscCall(VecGetArrayRead(stage->base, &w));
@@ -70,7 +68,7 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
   }
   PetscCall(MatAssemblyBegin(b->l.B, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(b->l.B, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
@@ -78,19 +76,16 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   const PetscReal *v;
   PetscReal slope, strength;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetArrayRead(x, &v)); /* of a full state too: the rate comes first */
   strength = Strength((const Block *)ctx, hypot(v[0], v[1]), &slope);
   PetscCall(VecRestoreArrayRead(x, &v));
   PetscCall(VecSet(q, strength));
   if (dq) PetscCall(VecSet(dq, slope));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, void *ctx)
 {
-  (void)t;
   return Bound(con, w, q, NULL, ctx);
 }
 
@@ -99,14 +94,12 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
   const PetscReal *a;
   PetscReal *b;
 
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(x, &b));
   for (int k = 0; k < 2; k++) b[k] = a[k];
   PetscCall(VecRestoreArrayWrite(x, &b));
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
@@ -115,8 +108,6 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   const PetscReal *v;
   PetscReal *a;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArrayWrite(w, &a));
   for (int k = 0; k < 2; k++) {
@@ -125,7 +116,7 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   }
   PetscCall(VecRestoreArrayWrite(w, &a));
   PetscCall(VecRestoreArrayRead(x, &v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
@@ -133,15 +124,13 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void
   const PetscReal *a;
   PetscReal *f;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(F, &f));
   Force((const Block *)ctx, t, &a[2], f);
   for (int k = 0; k < 2; k++) f[2 + k] = a[k];
   PetscCall(VecRestoreArrayWrite(F, &f));
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
@@ -149,22 +138,18 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
   const PetscReal *b;
   PetscReal *f;
 
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
   PetscCall(VecGetArrayRead(r, &b));
   PetscCall(VecGetArray(F, &f));
   for (int k = 0; k < 2; k++) f[k] += a * b[k];
   PetscCall(VecRestoreArray(F, &f));
   PetscCall(VecRestoreArrayRead(r, &b));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
   if (F != k) PetscCall(VecCopy(F, k));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void Create(Block *b)
@@ -278,7 +263,6 @@ static void incline(void **state)
   const PetscReal v0 = 1, a = 1, k = 2, start[] = {v0, 0};
   SlipAttempt attempt;
 
-  (void)state;
   for (int rule = 0; rule < 2; rule++)
     for (int axes = 0; axes < 3; axes++) {
       Block b = {.load = {0, a}, .q = a * k, .angle = axes == 1 ? PETSC_PI / 2 : 0.7 * axes};
@@ -324,7 +308,6 @@ static void springs(void **state)
   SlipAttempt attempt;
   const PetscInt N = 20000;
 
-  (void)state;
   for (PetscInt n = 0; n < N; n++) {
     const PetscReal h = tmax / (PetscReal)N;
     PetscReal k[4][4], y[4];
@@ -360,7 +343,6 @@ static void rate_of_zero_along_an_axis(void **state)
   SlipAttempt attempt;
   SlipBathe c;
 
-  (void)state;
   SlipBatheSetUp(0.5, &c);
   Run(&b, start, 1, 1, TSBATHE_STAGE_TRAPEZOIDAL, end, r, &attempt);
   assert_true(end[0] == 1 && end[1] == 0);
@@ -371,7 +353,6 @@ static void rate_of_zero_along_an_axis(void **state)
 /* At rest the static balance, projected on the disk */
 static void initial_reaction(void **state)
 {
-  (void)state;
   for (int above = 0; above < 2; above++) {
     Block b = {.load = {3, -4}, .q = above ? 2 : 6, .angle = 1.1};
     PetscReal a[2];

@@ -25,8 +25,6 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscReal *qq;
   PetscInt n;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(MatMult(p->C, x, q));
   if (dq) {
     PetscCall(VecCopy(p->weakening, dq));
@@ -42,7 +40,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscCall(VecRestoreArray(q, &qq));
   PetscCall(VecRestoreArrayRead(p->weakening, &w));
   PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* G(x) = B (x - solution) - q(solution), q along x */
@@ -55,7 +53,6 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscInt n;
   Vec strength;
 
-  PetscFunctionBegin;
   PetscCall(VecDuplicate(p->weakening, &strength));
   PetscCall(Bound(con, p->solution, strength, NULL, ctx));
   PetscCall(VecWAXPY(p->work, -1, p->solution, x));
@@ -67,25 +64,21 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscCall(VecRestoreArray(g, &a));
   PetscCall(VecRestoreArrayRead(strength, &q));
   PetscCall(VecDestroy(&strength));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecCopy(((const Modes *)ctx)->start, dq));
   PetscCall(VecScale(dq, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con;
   *C = ((const Modes *)ctx)->C;
   PetscCall(VecSet(a, 1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so
@@ -298,7 +291,6 @@ static void modes_are_counted(void **state)
   Case c;
   PetscReal least;
 
-  (void)state;
   for (int kind = 0; kind < KINDS; kind++)
     for (PetscInt m = 0; m <= 4; m++) {
       PetscBool refused[4];
@@ -325,7 +317,6 @@ static void every_mode(void **state)
 {
   Case c = {.n = 2, .B = {2, 0, 0, 2}, .w = {3, 3}, .x = {1, 1.5}};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     c.direct = k ? PETSC_FALSE : PETSC_TRUE;
     assert_true(Refused(&c));
@@ -340,7 +331,6 @@ static void odd_numbers_cost_no_eigenvalues(void **state)
   PetscReal least;
   Case c;
 
-  (void)state;
   for (PetscInt m = 0; m <= 2; m++) {
     assert_true(Make(m ? NEAR_COUPLED : FAR_COUPLED, m, &c, &least));
     c.direct = PETSC_TRUE;
@@ -361,7 +351,6 @@ static void start_counts_in_every_mode(void **state)
   Case c;
   PetscReal least, start[N];
 
-  (void)state;
   for (int k = 0; k < 8; k++) {
     (void)Make(SWINGING, 0, &c, &least);
     c.components = k < 4 ? 1 : 2;
@@ -384,7 +373,6 @@ static void start_counts_if_the_end_is_known(void **state)
   Case c;
   PetscReal least, start[N];
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const PetscReal unit = k == 0 ? 1e-4 : 1;
 
@@ -410,7 +398,6 @@ static void rows_without_strength(void **state)
 {
   Case c = {.n = 2, .nfree = 1, .coupled = PETSC_TRUE, .B = {2, 0.5, 0.5, 2}, .C = {0, 0, 0, 1}, .x = {1, 1}};
 
-  (void)state;
   for (int k = 0; k < 8; k++) {
     c.components = 1 + k % 4 / 2;
     c.direct = k % 2 ? PETSC_FALSE : PETSC_TRUE;
@@ -427,7 +414,6 @@ static void units_do_not_matter(void **state)
   const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}, {2.5, 1}, {2, 2}}, t[][2] = {{3, 1}, {1, 3}, {1, 3}, {1, 1}},
                   eta[] = {0, 0, 1.9, 0};
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     Case c = {.n = 2, .coupled = PETSC_TRUE, .direct = PETSC_TRUE, .eta = eta[k]};
 

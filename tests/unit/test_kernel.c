@@ -129,7 +129,6 @@ static const Long Ratios[] = {0.25L, 0.1L, 0.4L, -0.2L};
 
 static void test_full_space_against_integration(void **state)
 {
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
     const Long nu = Ratios[k];
     const PetscReal v = (PetscReal)nu;
@@ -154,7 +153,6 @@ static void test_half_space_against_integration(void **state)
     {6, 4.5, 0.5, 2, 1}, {1, 2.5, 0.5, 1, 1}, {30, 7.5, 2.5, 1, 1}, {3, 0.01, 0.5, 1, 1},
   };
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
     const Long nu = Ratios[k];
 
@@ -170,7 +168,6 @@ static void test_half_space_against_integration(void **state)
    singular part cancels. */
 static void test_half_space_self(void **state)
 {
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
     const Long nu = Ratios[k], a = 1, b = 1, z = 0.5L;
     const PetscReal v = (PetscReal)nu;
@@ -195,7 +192,6 @@ static void test_offset_against_integration(void **state)
     {0.3, 40, 9, 2, 2, 2},    {0, 0.01, 5.5, 2.5, 2, 1}, {2.7, 1e-3, 4, 2, 2, 1},
   };
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
     const Long nu = Ratios[k];
 
@@ -215,7 +211,6 @@ static void test_known_values(void **state)
 {
   const PetscReal a = 0.3, last_digit = 1e-5;
 
-  (void)state;
   for (PetscReal size = 0.1; size < 5; size *= 3) {
     const PetscReal expected = 30e9 * PETSC_SQRT2 / PETSC_PI * (7.0 / 3) / size;
 
@@ -233,7 +228,6 @@ static void test_cells_add_up(void **state)
   const int reach = 400;
   PetscReal sum = 0;
 
-  (void)state;
   for (int i = -reach; i <= reach; i++)
     for (int j = -reach; j <= reach; j++) sum += SlipKernelFullSpace(1, 0.25, i, j, 1, 1);
   /* 640,000 terms of at most 1 with errors of 1e-16 */
@@ -259,7 +253,6 @@ static void test_long_cells_are_antiplane(void **state)
   const PetscReal nu[] = {0, 0.25, 0.45}, width = 0.2, a = 1e4;
   const PetscReal depth[][2] = {{0.1, 0.1}, {0.1, 39.9}, {20.1, 0.1}, {39.9, 39.7}};
 
-  (void)state;
   for (size_t n = 0; n < sizeof(nu) / sizeof(nu[0]); n++)
     for (size_t k = 0; k < sizeof(depth) / sizeof(depth[0]); k++) {
       const PetscReal r = depth[k][0], s = depth[k][1];

@@ -123,7 +123,6 @@ static void grids(void **state)
 {
   const char *const depth[] = {"auto", "blocks", "transform"};
 
-  (void)state;
   for (int full = 0; full < 2; full++) {
     SlipGrid grid = {NX, NZ, 90 * NX, 50 * NZ, 130, Kernel};
     SlipCells cells = MakeCells(PETSC_TRUE, grid.depth_top);
@@ -149,7 +148,6 @@ static void cells(void **state)
   Mat direct = Direct(&cells), K;
   PetscReal error;
 
-  (void)state;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &K));
   assert_true(Distance(K, direct) < 1e-14);
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &K));
@@ -167,7 +165,6 @@ static void blocks_only(void **state)
   const SlipCells cells = MakeCells(PETSC_TRUE, grid.depth_top);
   Mat direct = Direct(&cells), K[2], H[2];
 
-  (void)state;
   type.surface = NULL;
   grid.kernel.type = &type;
   for (int t = 0; t < 2; t++) {
@@ -212,7 +209,6 @@ static void largest_blocks(void **state)
   SlipCells cells = MakeCells(PETSC_TRUE, grid.depth_top);
   Mat direct = Direct(&cells), K, Kn;
 
-  (void)state;
   grid.kernel.type = &type;
   for (int t = 0; t < 2; t++) {
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, t ? "fft" : "dense", &K));
@@ -251,7 +247,6 @@ static void refused(void **state)
   SlipCells cells = MakeCells(PETSC_FALSE, 20);
   Mat K = NULL;
 
-  (void)state;
   grid.kernel.type = cells.kernel.type = NULL;
   fails(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K), "SlipKernelStrikeSlip");
   fails(SlipCellsCheck(PETSC_COMM_SELF, &cells, "cells"), "SlipKernelStrikeSlip");

@@ -37,7 +37,6 @@ static void exponential_integral(void **state)
      20 */
   const PetscReal x[] = {1e-8, 1e-3, 0.1, 0.5, 0.999999, 1, 1.000001, 1.5, 2, 5, 10, 50, 300};
 
-  (void)state;
   assert_true(fabs(SlipExponentialIntegral(0.5) - 0.559773595) < 6e-10);
   assert_true(fabs(SlipExponentialIntegral(1) - 0.219383934) < 6e-10);
   assert_true(fabs(SlipExponentialIntegral(2) - 0.048900511) < 6e-10);
@@ -87,7 +86,6 @@ static void record(void **state)
 {
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("loads", dir));
   snprintf(file, sizeof(file), "%s/p.h5", dir);
   for (PetscInt ndim = 2; ndim <= 3; ndim++) {
@@ -121,7 +119,6 @@ static void source(void **state)
   const PetscReal p = 2e6, D = 0.5, stop = 4e6, t = 7e6;
   SlipFault fault = Fault();
 
-  (void)state;
   ok(SlipFaultSetString(fault, "injection", "500,750")); /* the centre of the first of the cells of 1000 x 1500 m */
   ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}, {"injection_stop", stop}));
   ok(SlipFaultSetUp(fault));
@@ -150,7 +147,6 @@ static void source_of_planes(void **state)
   SlipFault fault;
   SlipH5 h5;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("planes", dir));
   snprintf(file, sizeof(file), "%s/m.h5", dir);
   ok(SlipH5Create(file, &h5));
@@ -185,7 +181,6 @@ static void disc_of_the_source(void **state)
   const PetscInt n = 200000;
   PetscReal mean = 0;
 
-  (void)state;
   for (PetscInt k = 0; k < n; k++) {
     const PetscReal r = R * ((PetscReal)k + 0.5) / (PetscReal)n;
 
@@ -197,7 +192,6 @@ static void disc_of_the_source(void **state)
 /* Grows from nothing to the pressure of the last row in 100 s */
 static PetscErrorCode Growing(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault;
   for (PetscInt i = 0; i < n; i++) p[i] = *(PetscReal *)ctx * PetscClipInterval(t / 100, 0, 1);
   return PETSC_SUCCESS;
 }
@@ -237,7 +231,6 @@ static void function(void **state)
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
   SlipH5 h;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("loads", dir));
   snprintf(file, sizeof(file), "%s/p.h5", dir);
   for (PetscInt e = 0; e < N; e++) pressure[N + e] = 4e7;
@@ -295,7 +288,6 @@ static void corners(void **state)
   TSAdapt adapt;
   TS ts;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("loads", dir));
   snprintf(file, sizeof(file), "%s/p.h5", dir);
   for (PetscInt i = 0; i < MANY; i++) {
@@ -358,7 +350,6 @@ static void opening(void **state)
   PetscReal stress[2], closed;
   const PetscReal just = Slip(NULL, 5e7, NULL), once = Slip(NULL, 6e7, &stress[0]), twice = Slip(NULL, 1e8, &stress[1]);
 
-  (void)state;
   (void)Slip(NULL, 4.9e7, &closed);
   assert_true(stress[0] == 0 && stress[1] == 0 && closed == -1);
   /* Slip follows the load within H/K, some 3000 m/(2 cs) = 0.4 s: 16 s and more after all cells have opened the two are
@@ -369,7 +360,6 @@ static void opening(void **state)
 
 static PetscErrorCode Steady(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault, (void)t;
   for (PetscInt i = 0; i < n; i++) p[i] = *(PetscReal *)ctx;
   return PETSC_SUCCESS;
 }
@@ -380,7 +370,6 @@ static void start_under_pressure(void **state)
 {
   const PetscReal mu = 0.6;
 
-  (void)state;
   for (int k = 0; k < 6; k++) {
     PetscReal pressure = 1e7 * (k / 2 - 1);
     SlipFault fault = Fault();

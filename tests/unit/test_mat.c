@@ -28,7 +28,6 @@ static void test_dense_entries(void **state)
   const PetscReal a = g->length_x / g->nx, b = g->length_z / g->nz;
   Mat K;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, g, "dense", &K));
   for (PetscInt i = 0; i < g->nx * g->nz; i += 5)
     for (PetscInt j = 0; j < g->nx * g->nz; j++) {
@@ -50,7 +49,6 @@ static void test_entries_of_fft(void **state)
   PetscReal norm, error;
   Mat K, dense;
 
-  (void)state;
   for (size_t i = 0; i < sizeof(grids) / sizeof(*grids); i++) {
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[i], "dense", &dense));
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[i], "fft", &K));
@@ -87,7 +85,6 @@ static void test_viscosity_squares_to_stiffness(void **state)
   static const char *const types[] = {"dense", "fft"};
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column, &Average};
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++)
     for (int t = 0; t < 2; t++) {
@@ -141,7 +138,6 @@ static void test_average_on_grids(void **state)
 {
   const SlipGrid *const grids[] = {&Average, &AverageDeep, &AverageFull};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     const SlipGrid *g = grids[k];
     const PetscReal a = g->length_x / g->nx, b = g->length_z / g->nz;
@@ -183,7 +179,6 @@ static void test_fft_is_dense(void **state)
 {
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     Mat K[2], H[2], B[2];
@@ -218,7 +213,6 @@ static void test_transform_is_dense(void **state)
   const SlipGrid full = {7, 6, 1000.0, 900.0, 0.0, ROCK(0.2, PETSC_TRUE, SLIP_AVERAGE_CENTRE)};
   const SlipGrid *const grids[] = {&deep, &buried, &full, &Even, &Odd, &Line, &Column};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     Mat K[2];
 
@@ -240,7 +234,6 @@ static void test_transforms_of_all_lengths_are_dense(void **state)
 {
   const PetscInt lengths[] = {1, 2, 3, 4, 5, 8, 9, 15, 16, 17, 20, 25, 27, 32, 40, 45, 64, 90};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(lengths); k++)
     for (int deep = 0; deep < 2; deep++) {
       const PetscInt n = lengths[k];
@@ -265,7 +258,6 @@ static void test_sketched_root(void **state)
   const SlipGrid wide = {24, 22, 3000.0, 2900.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
   const SlipGrid *const grids[] = {&wide, &Even, &Odd, &Line, &Column};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     Mat K[2], H[2];
 
@@ -292,7 +284,6 @@ static void test_root_tolerance(void **state)
   PetscReal distance;
   Mat K[2], H[2];
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-5"));
   for (int t = 0; t < 2; t++) {
@@ -319,7 +310,6 @@ static void test_viscosity_by_denman_beavers(void **state)
   Mat K, H, Y, Z, identity, inverseY, inverseZ;
   const PetscInt N = 20;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "dense", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
   ok(MatDuplicate(K, MAT_COPY_VALUES, &Y));
@@ -355,7 +345,6 @@ static void test_other_viscosities(void **state)
   Mat K, exact, spectral, none;
   PetscReal distance, norm;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, "dense", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &exact));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &spectral));
@@ -375,7 +364,6 @@ static void test_auto(void **state)
   PetscBool match;
   Mat K;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, "auto", &K));
   ok(PetscObjectTypeCompare((PetscObject)K, MATSEQDENSE, &match));
   assert_true(match);
@@ -392,7 +380,6 @@ static void test_zero_damping(void **state)
 {
   static const char *const types[] = {"dense", "fft"};
 
-  (void)state;
   for (int t = 0; t < 2; t++) {
     PetscReal norm;
     Mat K, H, dense;
@@ -411,7 +398,6 @@ static void test_stage_is_the_sum(void **state)
   Mat K, H, B, dense;
   PetscReal theta;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Even, "dense", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
   ok(MatCreateSlipStage(K, H, MASS, &B));
@@ -440,7 +426,6 @@ static void test_radiation(void **state)
   const PetscReal eta = 4.33e6, theta = 0.7;
   const char *types[] = {"dense", "fft"};
 
-  (void)state;
   for (int t = 0; t < 2; t++) {
     PetscErrorCode (*entries)(Mat, Mat *, PetscReal *, Vec *);
     Mat K, H, B, dense, part, known;
@@ -489,7 +474,6 @@ static void test_entries(void **state)
   const PetscReal indefinite[4] = {1e6, 2e6, 2e6, 1e6};
   Mat K;
 
-  (void)state;
   ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, 2, good, "k.h5:/stiffness", &K));
   assert_true(EntryOf(K, 0, 0) == 3e6);
   assert_true(EntryOf(K, 0, 1) == EntryOf(K, 1, 0)); /* the symmetric part */
@@ -513,7 +497,6 @@ static void test_bad_grids(void **state)
 {
   SlipGrid g = Even;
 
-  (void)state;
   AssertGridRefused(g, "quick", "\"quick\"");
   g.nx = 0;
   AssertGridRefused(g, "dense", "0 x 10");

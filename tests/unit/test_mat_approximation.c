@@ -101,7 +101,6 @@ static void test_contraction_on_grids(void **state)
     PetscReal most;
   } rows[] = {{0, PETSC_FALSE, 0.03}, {400, PETSC_FALSE, 0.03}, {3000, PETSC_FALSE, 0.03}, {0, PETSC_TRUE, 0.03}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     Mat K = Stiffness(rows[k].depth_top, rows[k].full_space, "fft");
     const PetscReal worst = WorstContraction(K);
@@ -119,7 +118,6 @@ static void test_contraction_without_grid(void **state)
   Mat K = Stiffness(0, PETSC_FALSE, "dense"), bare;
   const PetscScalar *a;
 
-  (void)state;
   ok(PetscMalloc1(N * N, &entries));
   ok(MatDenseGetArrayRead(K, &a));
   ok(PetscArraycpy(entries, a, N * N));
@@ -220,7 +218,6 @@ static void test_correction_of_cells(void **state)
   const SlipCells cells = TwoGradedFaults(SIDE, SIDE / 2, 1, data);
   Mat K;
 
-  (void)state;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-8, &K));
   CheckCorrection(K, ZETA / (2 + ZETA));
 }
@@ -228,7 +225,6 @@ static void test_correction_of_cells(void **state)
 /* A grid, whose approximation has a viscosity of its own; delta as of test_contraction_on_grids() */
 static void test_correction_of_a_grid(void **state)
 {
-  (void)state;
   CheckCorrection(Stiffness(0, PETSC_FALSE, "fft"), 0.03);
 }
 
@@ -242,7 +238,6 @@ static void test_root_of_endless_plane(void **state)
   Mat K, H, part, whole;
   PetscReal difference = 0, size = 0;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
@@ -267,7 +262,6 @@ static void test_root_of_endless_plane(void **state)
 /* One product for all of B against three, and diagonals against the entries: rounding. */
 static void test_fused_product(void **state)
 {
-  (void)state;
   for (int full_space = 0; full_space < 2; full_space++) {
     Mat K = Stiffness(0, full_space ? PETSC_TRUE : PETSC_FALSE, "fft"), H, B, dense;
     Vec x, y, z, d;
@@ -347,7 +341,6 @@ static void test_viscosities_of_large_grids(void **state)
 {
   Mat K = Stiffness(0, PETSC_FALSE, "fft"), dense = Stiffness(0, PETSC_FALSE, "dense"), exact;
 
-  (void)state;
   ok(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", &exact));
   assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-10);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
@@ -364,7 +357,6 @@ static void test_waves_of_deep_grid(void **state)
   Mat K, exact, H;
   Vec x, y, z;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
   ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "blocks"));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));

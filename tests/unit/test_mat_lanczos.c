@@ -62,7 +62,6 @@ static PetscReal Error(Mat H, Mat exact, Vec x)
    1e-14. */
 static void test_tolerance(void **state)
 {
-  (void)state;
   for (int cells = 0; cells < 2; cells++)
     for (PetscReal tolerance = 1e-3; tolerance > 1e-12; tolerance *= 1e-2) {
       PetscReal worst = 0;
@@ -92,7 +91,6 @@ static void test_few_digits_are_forgotten(void **state)
 {
   const PetscReal tolerance = 1e-7;
 
-  (void)state;
   for (PetscReal part = 1e-2; part > 1e-6; part *= 0.1) {
     Mat H, exact;
     Vec x, small, whole;
@@ -122,7 +120,6 @@ static void test_loose_products(void **state)
   Mat K, H, B, exact;
   Vec x, y;
 
-  (void)state;
   Create(PETSC_FALSE, &H, &exact);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
   ok(MatCreateSlipStage(K, H, MASS, &B));
@@ -158,7 +155,6 @@ static void test_a_factorised_root_comes_once_it_pays(void **state)
   PetscInt n;
   Vec x, y, z;
 
-  (void)state;
   Create(PETSC_FALSE, &lanczos, &exact);
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
@@ -208,7 +204,6 @@ static void test_options_have_one_owner(void **state)
   MatType type;
   Vec x;
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_setup", "lanczos"));
   ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_tolerance", "1e-3"));
   ok(PetscOptionsSetValue(NULL, "-two_mat_slipsqrtm_setup", "sketch"));
@@ -260,7 +255,6 @@ static void test_stiffness_options(void **state)
   Mat K;
   Vec x, y;
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "none"));
   ok(PetscOptionsSetValue(NULL, "-one_mat_slipfft_depth", "transform"));
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
@@ -301,7 +295,6 @@ static void test_allowed_error(void **state)
 {
   const PetscReal allowed = 1e-3, tolerance = 1e-9;
 
-  (void)state;
   ok(PetscLogDefaultBegin());
   for (int cells = 0; cells < 2; cells++) {
     PetscInt products[2], n;

@@ -10,14 +10,12 @@ static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
   const PetscScalar *a;
   PetscScalar *b;
 
-  PetscFunctionBegin;
-  (void)ts;
   PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   (*ode->f)(ode, t, a, b);
   PetscCall(VecRestoreArrayWrite(f, &b));
   PetscCall(VecRestoreArrayRead(y, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
@@ -26,8 +24,6 @@ static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *
   PetscReal x[ODE_MAX_N], f[ODE_MAX_N], g[ODE_MAX_N];
   const PetscScalar *a;
 
-  PetscFunctionBegin;
-  (void)ts, (void)J;
   PetscCall(VecGetArrayRead(y, &a));
   for (PetscInt i = 0; i < ode->n; i++) x[i] = a[i];
   PetscCall(VecRestoreArrayRead(y, &a));
@@ -42,7 +38,7 @@ static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *
   }
   PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A policy of three rows, with rejections; unit "h" */
@@ -101,7 +97,6 @@ static void as_petsc(void **state)
   int seen[ODE_PAIRS] = {0};
   PetscInt rejections = 0;
 
-  (void)state;
   for (uint64_t seed = 1; seed <= 12; seed++) {
     SlipPolicy policies[] = {NULL, filter()};
     OdeEpisode e;
@@ -132,7 +127,6 @@ static void as_petsc(void **state)
    one, 2^4, 2^6 and 2^3 for the solutions, and E with the power that OdeOrder() says. */
 static void Decay(const Ode *ode, double t, const double y[], double dy[])
 {
-  (void)ode;
   dy[0] = -y[0] + sin(t);
 }
 
@@ -141,7 +135,6 @@ static void orders(void **state)
   const double of_error[] = {4, 6, 3};
   const Ode ode = {.kind = "decay", .n = 1, .f = Decay, .end = 1, .y0 = {1}};
 
-  (void)state;
   for (int pair = 0; pair < ODE_PAIRS; pair++) {
     double error[2], E[2];
 
@@ -168,7 +161,6 @@ static void episodes(void **state)
 {
   double sum = 0;
 
-  (void)state;
   for (uint64_t seed = 20; seed < 32; seed++) {
     OdeEpisode e, again;
     OdeResult r;

@@ -25,10 +25,8 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscRe
 {
   const Course *c = (const Course *)ctx;
 
-  PetscFunctionBegin;
-  (void)fault;
   for (PetscInt i = 0; i < n; i++) p[i] = At(c, t) * (c->share ? c->share[i] : 1);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* nx x nz cells that open, in a full space unless with a dip below the ground, without inertia, of constant friction
@@ -105,7 +103,6 @@ static void penny_crack(void **state)
 {
   PetscInt finest = 24;
 
-  (void)state;
   ok(PetscOptionsGetInt(NULL, NULL, "-cells", &finest, NULL));
   for (PetscInt n = 12; n <= finest; n *= 2) {
     PetscReal error, middle = 1;
@@ -204,7 +201,6 @@ static void opens_and_closes(void **state)
   Course course = {.rise = 1, .hold = 0.5, .most = 2e6};
   PetscReal last[1] = {1};
 
-  (void)state;
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
     PetscReal open, slip[2], exact[2], closes, error[2];
     Spring across, along;
@@ -230,12 +226,10 @@ static PetscErrorCode Begin(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   PetscReal *begin = (PetscReal *)ctx, open;
   SlipFault fault;
 
-  PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &fault));
-  (void)step;
   PetscCall(SlipFaultGetCellValues(fault, time, w, "opening", 1, &open));
   if (open == 0) *begin = time;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void rest_ends_where_pressure_meets_the_stress(void **state)
@@ -246,7 +240,6 @@ static void rest_ends_where_pressure_meets_the_stress(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   ok(FaultStart(fault, TSADAPTBASIC, 0, 6e5, &w, &ts));
   ok(TSSetApplicationContext(ts, fault));
   ok(TSMonitorSet(ts, Begin, &begin, NULL));
@@ -274,7 +267,6 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
   PetscInt N;
   Vec r;
 
-  PetscFunctionBegin;
   PetscCall(TSBatheGetReaction(ts, &r));
   PetscCall(SlipFaultGetObservables(l->fault, time, w, r, &o));
   power = o.loading_power - o.viscous_power - o.friction_power;
@@ -299,7 +291,7 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
   l->time = time;
   l->power = power;
   PetscCall(PetscFree(open));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A plane that dips by 30 degrees, 300 m below the ground, under shear, whose middle a pressure opens and lets fall
@@ -311,7 +303,6 @@ static void balance_of_energy(void **state)
   enum { nx = 8, nz = 6 };
   PetscReal share[nx * nz], off, last = 1;
 
-  (void)state;
   for (PetscInt i = 0; i < nx * nz; i++)
     share[i] = PetscExpReal(-0.15 * (PetscSqr((PetscReal)(i % nx) - 3.4) + PetscSqr((PetscReal)(i / nx) - 2)));
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
@@ -353,7 +344,6 @@ static void falls_shut(void **state)
 {
   const PetscReal sigma = 1e6;
 
-  (void)state;
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
     Course course = {.most = 2e6};
     SlipFault fault = Cells(1, 1, 1000, &course);

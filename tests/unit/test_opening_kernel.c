@@ -33,7 +33,6 @@ static void blocks_are_tractions(void **state)
 {
   SlipCells cells[2];
 
-  (void)state;
   OpeningCells(cells);
   for (int k = 0; k < 2; k++)
     for (int space = 0; space < 2; space++) {
@@ -76,7 +75,6 @@ static void averages_are_reciprocal(void **state)
 {
   SlipCells cells[2];
 
-  (void)state;
   OpeningCells(cells);
   cells[1].kernel.average = SLIP_AVERAGE_CELL;
   for (PetscInt e = 0; e < 9 * T; e++)
@@ -135,7 +133,6 @@ static void averages_are_means(void **state)
 {
   SlipCells cells[2];
 
-  (void)state;
   OpeningCells(cells);
   for (int space = 0; space < 2; space++) {
     SlipKernel values = cells[1].kernel;
@@ -169,7 +166,6 @@ static void operators(void **state)
   const PetscReal tolerance = 1e-6;
   SlipCells cells[2];
 
-  (void)state;
   OpeningCells(cells);
   for (PetscInt e = 0; e < N; e++) rectangle_data[4 * N + e] = 70 + (PetscReal)(e / NX % NZ); /* areas differ */
   for (int k = 0; k < 3; k++) {
@@ -225,7 +221,6 @@ static void opening_of_a_plane_makes_no_shear(void **state)
   PetscReal most = 0, mixed = 0, own = 0;
   Mat S;
 
-  (void)state;
   grid.grid.kernel = (SlipKernel){&SlipKernelDippingOpening, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE, NULL};
   ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "auto", &S, NULL));
   ok(MatDenseGetArrayRead(S, &a));
@@ -251,7 +246,6 @@ static void transforms(void **state)
 {
   const PetscInt sizes[][2] = {{7, 4}, {1, 5}, {6, 1}, {12, 9}};
 
-  (void)state;
   for (int k = 0; k < 8; k++) {
     SlipDippingGrid grid = {
       .grid = {.nx = sizes[k / 2][0], .nz = sizes[k / 2][1], .length_x = 700, .length_z = 400, .depth_top = 100},
@@ -292,7 +286,6 @@ static void radiation(void **state)
   Vec x, y, d, weights;
   Mat S, H, B, L;
 
-  (void)state;
   OpeningCells(cells);
   for (PetscInt e = 0; e < N; e++) rectangle_data[4 * N + e] = 70 + (PetscReal)(e / NX % NZ);
   ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &cells[0], "dense", 1e-6, &S, NULL));

@@ -63,7 +63,6 @@ static void steps_take_few(void **state)
 {
   const PetscReal most[] = {8, 9}, exact_most[] = {15, 11};
 
-  (void)state;
   for (int quasi = 0; quasi < 2; quasi++) {
     PetscReal each, exact_each;
     const PetscReal fine = Run(quasi != 0, 0, 480, NULL), exact = Run(quasi != 0, 0, 60, &exact_each),
@@ -106,7 +105,6 @@ static void sums_are_known(void **state)
   Mat K;
   TS ts;
 
-  (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}));
   ok(FaultStart(fault, TSADAPTNONE, 0.1, 0.2, &w, &ts));
@@ -152,7 +150,6 @@ static void solutions_come_with_their_product(void **state)
   KSP ksp;
   PetscErrorCode (*get)(KSP, Vec *);
 
-  (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetReals(fault, {"nx", 8}, {"nz", 6}));
   ok(SlipFaultSetString(fault, "operator", "fft"));
@@ -195,7 +192,6 @@ static void failed_setups_leave_nothing(void **state)
   Mat K;
   TS ts;
 
-  (void)state;
   for (int i = 0; i < 40; i++) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
     ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}));

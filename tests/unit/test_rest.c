@@ -94,7 +94,6 @@ static void healing(void **state)
   const PetscReal time = 3e7, before = 2,
                   width = 0.5; /* s in d_c at the middle of the excess, its length in healing times */
 
-  (void)state;
   for (PetscInt k = 0; k <= 60; k++) {
     const PetscReal start = before * exp(0.3 + 0.05 * (PetscReal)k), middle = log(start / before);
     /* the force is tangent to the strength at the middle, but for what makes the excess so long */
@@ -123,7 +122,6 @@ static void states(void **state)
 {
   const PetscReal time = 3e7, v = 1e-9, u = 0.3, s = 0.4, begin = 1e8;
 
-  (void)state;
   for (int heals = 0; heals < 2; heals++) {
     SlipFault fault = Cell();
     PetscReal length;
@@ -160,7 +158,6 @@ static void areas(void **state)
   const PetscReal rate[] = {0.1, 0.25, 0.2}, start = 2e7;
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("rest", dir));
   snprintf(file, sizeof(file), "%s/mesh.h5", dir);
   ok(WriteCells(file, &mesh));
@@ -204,7 +201,6 @@ static void pressure_after_the_stop(void **state)
   SlipFault fault = Cell();
   Rest rest;
 
-  (void)state;
   while (high - low > 1) { /* where its rate, exp(-time/t)/t less the same since the stop, is zero */
     const PetscReal middle = 0.5 * (low + high), time = distance * distance / (4 * D);
 
@@ -265,7 +261,6 @@ static void vectors(void **state)
 {
   const PetscReal rates[] = {0.02, 0, -0.02};
 
-  (void)state;
   for (int m = 0; m < 3; m++)
     for (int across = -1; across <= 1; across++) {
       const PetscReal traction = 1e7, never = 1e12;
@@ -314,7 +309,6 @@ static void from_the_edge(void **state)
 {
   const PetscReal limit = sigma * (residual + drop), share[] = {1, 1 - 1e-9}, u[2] = {0, 0};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipFault fault = Cell();
 
@@ -331,7 +325,6 @@ static void of_rounding(void **state)
 {
   const PetscReal limit = sigma * (residual + drop), share[] = {7e-16, 1e-14};
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     SlipFault fault = Cell();
     Rest rest;
@@ -355,7 +348,6 @@ static void first_step(void **state)
 {
   const PetscReal traction = 2.9e7, rate = 1e6, vc = 0.5;
 
-  (void)state;
   for (int swings = 0; swings < 2; swings++) {
     SlipFault fault = Cell();
     PetscReal K, H, mass;
@@ -393,7 +385,6 @@ static void open_cell(void **state)
   const PetscReal u[2] = {0, 0};
   SlipFault fault = Cell();
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "slip_components", 2));
   ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));

@@ -52,7 +52,6 @@ static void one_cell(void **state)
 {
   const PetscReal guess[] = {0, 1, 1.5, 0.5, 1e3, 1e-3}, sigma[] = {25e6, 1e3, 1e-6};
 
-  (void)state;
   for (int law = 0; law < 2; law++)
     for (size_t g = 0; g < 6; g++)
       for (size_t j = 0; j < 3; j++)
@@ -89,7 +88,6 @@ static void no_friction(void **state)
   const SlipFrictionCells none = Cell(&sigma, PETSC_FALSE), loaded = Cell(&some, PETSC_FALSE);
   PetscBool stable;
 
-  (void)state;
   assert_true(SlipFrictionStageRate(&none, 0, &cell, -6, 1e-9, &stable) == -1.5);
   assert_true(stable);
   assert_true(SlipFrictionStageRate(&loaded, 0, &cell, 0, 1e-9, &stable) == 0);
@@ -109,8 +107,6 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   const PetscReal *v;
   PetscReal *strength, *slope = NULL;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArray(q, &strength));
   if (dq) PetscCall(VecGetArray(dq, &slope));
@@ -122,7 +118,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   if (dq) PetscCall(VecRestoreArray(dq, &slope));
   PetscCall(VecRestoreArray(q, &strength));
   PetscCall(VecRestoreArrayRead(x, &v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable,
@@ -132,8 +128,6 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
   const PetscReal *d, *load;
   PetscReal *v;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetArrayRead(D, &d));
   PetscCall(VecGetArrayRead(f, &load));
   PetscCall(VecGetArray(x, &v));
@@ -148,19 +142,17 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
   PetscCall(VecRestoreArray(x, &v));
   PetscCall(VecRestoreArrayRead(f, &load));
   PetscCall(VecRestoreArrayRead(D, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Prescribed(SlipConstraint con, Vec mask, void *ctx)
 {
   const PetscInt fixed = ((const Stage *)ctx)->fixed;
 
-  PetscFunctionBegin;
-  (void)con;
   if (fixed >= 0) PetscCall(VecSetValue(mask, fixed, 0, INSERT_VALUES));
   PetscCall(VecAssemblyBegin(mask));
   PetscCall(VecAssemblyEnd(mask));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* B = 5e6 + theta K of a chain that falls off like 1/r^3, driven by stresses on both sides of the friction */
@@ -228,7 +220,6 @@ static void many_cells(void **state)
 {
   const PetscReal from[] = {1e-12, 1e-6, 1e-2};
 
-  (void)state;
   for (PetscInt fixed = -1; fixed < 2; fixed += 2)
     for (int direct = 0; direct < 2; direct++)
       for (size_t k = 0; k < 3; k++) {
@@ -268,7 +259,6 @@ static void many_cells(void **state)
    hundredth of d_c is not. */
 static void instability(void **state)
 {
-  (void)state;
   for (int long_stage = 0; long_stage < 2; long_stage++) {
     PetscBool unstable;
     Stage s;
@@ -303,7 +293,6 @@ static void projection(void **state)
   SNES snes;
   Vec x;
 
-  (void)state;
   Create(0.01, -1, &s, &con);
   ok(VecDuplicate(s.l.load, &x));
   ok(SNESCreate(PETSC_COMM_SELF, &snes));

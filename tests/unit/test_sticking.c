@@ -80,7 +80,6 @@ static PetscReal Polynomial(PetscInt s, PetscReal z)
 /* 1 + z + z^2/2 and what is smaller, and not larger than 1 up to the longest step */
 static void formulas(void **state)
 {
-  (void)state;
   for (PetscInt s = 2; s <= SLIP_RKC_MOST; s += s < 20 ? 1 : 20) {
     const PetscReal longest = SlipRKCLongest(s), z = 1e-3;
 
@@ -113,7 +112,6 @@ static void block(void **state)
 {
   const PetscReal d = 0.05, excess = 1e5;
 
-  (void)state;
   for (int k = 0; k < 3; k++)
     for (int late = 0; late < 2; late++) {
       SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
@@ -142,7 +140,6 @@ static void order(void **state)
   const PetscReal d = 0.05, excess = 1e5;
   PetscReal error[2];
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
     PetscReal K, eta, v, end;
@@ -169,7 +166,6 @@ static void starts_and_stops(void **state)
   const PetscReal deficit = 2e5, peak = 1e6;
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("sticking", dir));
   snprintf(file, sizeof(file), "%s/record.h5", dir);
   for (int k = 0; k < 3; k++) {
@@ -212,7 +208,6 @@ static void by_rate(void **state)
   const PetscReal *v;
   Vec w;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "friction_rate", v0));
   Run(fault, TSRKC, 1e-2, 0, 0.01, &w);
   Numbers(fault, &K, &eta);
@@ -234,7 +229,6 @@ static void by_rate(void **state)
 /* Dipping cells with vectors of slip, whose normal stress slip changes, healing and loaded: against TSBATHE */
 static void against_bathe(void **state)
 {
-  (void)state;
   for (int k = 0; k < 3; k++) {
     PetscReal error, size;
     Vec w[2];
@@ -263,7 +257,6 @@ static void lands(void **state)
   const PetscReal *a;
   Vec w;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "stressing_rate", -1e-3));
   Run(fault, TSRKC, 1e-2, 0, 1e4, &w);
   ok(SlipFaultRestTime(NULL, 1e4, w, &rest, fault)); /* 0 where a cell moves */
@@ -285,14 +278,12 @@ static PetscErrorCode Heat(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   const PetscReal *a, over = (POINTS + 1) * (POINTS + 1);
   PetscReal *b;
 
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecGetArrayRead(u, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   for (int i = 0; i < POINTS; i++) b[i] = over * ((i ? a[i - 1] : 0) - 2 * a[i] + (i < POINTS - 1 ? a[i + 1] : 0));
   PetscCall(VecRestoreArrayWrite(f, &b));
   PetscCall(VecRestoreArrayRead(u, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Largest error at 0.1 of the first mode after n steps at -ts_rkc_rate, relative to what is left of it. In the start is
@@ -335,7 +326,6 @@ static void heat(void **state)
 {
   const PetscReal coarse = HeatError(10, "16384"), fine = HeatError(20, "16384");
 
-  (void)state;
   assert_true(coarse < 0.05); /* (0.1 pi^2)^2 / 100 over 6 and what the formula adds */
   if (!(coarse / fine > 3.4 && coarse / fine < 4.7)) fail_msg("%g, %g: expected order 2", coarse, fine);
   assert_false(HeatError(10, "1638.4") < 1);

@@ -69,7 +69,6 @@ static void energy(void **state)
   SlipFault fault = Fault();
   Vec from = State(fault, 0.1, 0), to = State(fault, 0.25, 1e8), stress[2];
 
-  (void)state;
   VecsDuplicate(fault->critical.uc, &stress[0], &stress[1]);
   for (int k = 0; k < 2; k++) {
     const PetscReal t = 3e8 * k, fall = EnergyOf(fault, t, from) - EnergyOf(fault, t, to), *a, *b, *x, *y;
@@ -116,7 +115,6 @@ static void loading(void **state)
   const PetscReal change = EnergyOf(fault, t + h, after) - EnergyOf(fault, t - h, before);
   PetscReal power;
 
-  (void)state;
   ok(SlipFaultLoadingPower(fault, t, now, &power));
   assert_true(fabs(2 * h * power / change - 1) < 1e-12);
   ObjectsDestroy(&before, &now, &after, &fault);

@@ -71,7 +71,6 @@ static void stops(void **state)
   const Course grows = {1, 0.5, -4, 0, 0.9, 1, 0}, moves = {1, -0.5, 0, 0, 0.586, 1, 0},
                still = {0, 0, 0, 1, 0.586, 1, 0};
 
-  (void)state;
   for (PetscInt components = 1; components <= 2; components++) {
     SlipFault fault = Cells(3, components, PETSC_TRUE);
 
@@ -156,7 +155,6 @@ static void slip_and_rate(void **state)
   SlipFault fault = Cells(1, 1, PETSC_FALSE);
   Mat k, damping;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetOperators(fault, &k, &damping, NULL));
   K = EntryOf(k);
@@ -186,7 +184,6 @@ static void cube_and_swing(void **state)
   SlipFault fault = Cells(1, 1, PETSC_FALSE);
   Mat K;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   for (int k = 0; k < 3; k++)
     AssertNear(ErrorOf(fault, rtol, &(Errors){.u = k * weakening, .moved = share * weakening}) /
@@ -209,7 +206,6 @@ static void pressure(void **state)
   const PetscReal relative = 1e-3, a = 0.01, b = 0.015, dc = 0.5, v = 1e-9;
   PetscReal tolerance, *x;
 
-  (void)state;
   for (int opens = 0; opens < 2; opens++) {
     SlipFault fault = Cells(1, opens ? 2 : 1, PETSC_FALSE);
     Mat K;
@@ -250,7 +246,6 @@ static void opening(void **state)
   const PetscReal rtol = 1e-3, u = 0.01, e = 1e-5;
   SlipFault fault = Cells(1, 2, PETSC_FALSE);
 
-  (void)state;
   ok(FaultSetReals(fault, {"depth_top", 1000}));
   ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
   ok(SlipFaultSetString(fault, "friction_law", "linear_slip_weakening"));
@@ -282,7 +277,6 @@ static void work_of_an_error(void **state)
   TS ts;
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("tolerance", dir));
   snprintf(file, sizeof(file), "%s/o.h5", dir);
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));

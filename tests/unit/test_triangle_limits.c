@@ -6,7 +6,6 @@
    larger of the whole and the parts */
 static void parts(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 200; trial++) {
     const PetscReal share[3] = {Random(0.1, 1), Random(0.1, 1), Random(0.1, 1)};
     PetscReal v[3][3], slip[3], at[3], inner[3], mid[3][3], whole[12], three[12] = {0}, four[12] = {0}, f[12],
@@ -47,7 +46,6 @@ static void orders(void **state)
 {
   static const int order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
 
-  (void)state;
   for (int trial = 0; trial < 60; trial++) {
     PetscReal v[3][3], slip[3], at[3], w[3][3], f[12], g[12];
 
@@ -79,7 +77,6 @@ static void Turned(PetscReal D[3][3], const PetscReal from[12], PetscReal to[12]
    edges. */
 static void turned(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 300; trial++) {
     const PetscBool full = (PetscBool)(trial % 2);
     const PetscReal move[3] = {Random(-5, 5), Random(-5, 5), full ? Random(-5, 5) : 0};
@@ -125,7 +122,6 @@ static void units(void **state)
 {
   static const PetscReal factors[] = {1024, 1. / 1024, 1000, 1e-3};
 
-  (void)state;
   for (int trial = 0; trial < 60; trial++)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(factors); k++) {
       const PetscReal c = factors[k];
@@ -154,7 +150,6 @@ static void near_special_planes(void **state)
 {
   static const PetscReal steps[] = {1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12, 1e-15};
 
-  (void)state;
   for (int trial = 0; trial < 240; trial++)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(steps); k++) {
       const int kind = trial % 6;
@@ -225,7 +220,6 @@ static void AssertSmooth(PetscReal v[3][3], const PetscReal slip[3], const Petsc
 /* Points on the extensions of the three edges, from 1e-3 to 3 sides beyond a vertex */
 static void extensions(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 600; trial++) {
     const int edge = trial % 3, begin = trial % 2 ? edge : (edge + 1) % 3, end = trial % 2 ? (edge + 1) % 3 : edge;
     PetscReal v[3][3], slip[3], at[3], off[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)}, length = 0;
@@ -248,7 +242,6 @@ static void extensions(void **state)
    outside */
 static void above_vertices(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 600; trial++) {
     const int vertex = trial % 3;
     PetscReal v[3][3], slip[3], at[3], off[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)}, beyond = 1;
@@ -283,7 +276,6 @@ static void above_vertices(void **state)
    has no traction */
 static void shallow_edges(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 800; trial++) {
     const PetscReal h = pow(10, -1 - trial % 8), x = Random(0.5, 1.5);
     const PetscReal at[3] = {trial % 3 ? -Random(0.3, 3) : x + Random(0.3, 3), h * Random(-2, 2), 0};

@@ -23,7 +23,6 @@ static void pairs_are_rectangles(void **state)
   const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data);
   PetscReal most = 0, worst = 0;
 
-  (void)state;
   for (int space = 0; space < 2; space++) {
     SlipCells triangles = TrianglesOf(&rectangles, triangle_data);
     SlipKernel rock = rectangles.kernel;
@@ -58,7 +57,6 @@ static void pairs_at_once(void **state)
   SlipCell receiver[pairs], source[pairs];
   PetscReal at_once[2 * pairs], block[2], directions[9 * pairs], most = 0;
 
-  (void)state;
   for (int k = 0; k < pairs; k++) {
     receiver[k] = Cell(&c, k < 20 ? 3 : 7 * k % T);
     source[k] = Cell(&c, k < 20 ? 5 * k : k < 40 ? 11 : 13 * k % T);
@@ -84,7 +82,6 @@ static void entries(void **state)
   PetscReal mean = 0, most = 0;
   Mat S, Kn;
 
-  (void)state;
   for (PetscInt i = 0; i < c.n; i++) mean += c.length[i] * c.width[i] / c.n;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &S));
   ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &Kn));
@@ -117,7 +114,6 @@ static void hierarchical(void **state)
   MatInfo info;
   Vec u, a, b;
 
-  (void)state;
   for (int normal = 0; normal < 2; normal++) {
     Mat dense, hmat;
     PetscReal norm;
@@ -156,7 +152,6 @@ static void averages(void **state)
   PetscReal data[8 * n], halves[TRIANGLE_COLUMNS * 2 * n];
   SlipCells rectangles = CellsOfColumns(n, data);
 
-  (void)state;
   for (PetscInt e = 0; e < n; e++) {
     const PetscReal value[8] = {100 * (e % nx + 0.5), 0, 80 * (e / nx + 0.5), 100, 80, 0, 90, 0};
 
@@ -206,7 +201,6 @@ static void needles(void **state)
   SlipCells c;
   Mat S;
 
-  (void)state;
   for (PetscInt e = 0; e < n; e++) {
     const PetscReal x = 100 * (PetscReal)(e / 2), deep = e % 2 ? 100 : -0.3;
     const PetscReal corner[9] = {x, 0, 1000, x + 100, 0, 1000, x + 50, 0, 1000 + deep};
@@ -244,7 +238,6 @@ static void refused(void **state)
   SlipCells c = TrianglesOf(&rectangles, triangle_data), none = rectangles;
   PetscInt number[48];
 
-  (void)state;
   ok(SlipCellsCheck(PETSC_COMM_SELF, &c, "test"));
   none.kernel.type = &SlipKernelTriangle;
   fails(SlipCellsCheck(PETSC_COMM_SELF, &none, "test"), "kernel \"triangle\" with rectangles");

@@ -8,7 +8,6 @@ static void sides(void **state)
 {
   const PetscReal h = 1e-9;
 
-  (void)state;
   for (int trial = 0; trial < 100; trial++) {
     PetscReal v[3][3], slip[3], at[3], to[3], d[3][3], up[3], on[3], down[3], stress[2][6], traction[2][3];
 
@@ -56,7 +55,6 @@ static void edges(void **state)
 {
   enum { AROUND = 64 };
 
-  (void)state;
   for (int trial = 0; trial < 120; trial++) {
     const PetscReal h = 1e-4, share = trial % 3 ? Random(0.3, 0.7) : 0;
     PetscReal v[3][3], slip[3], at[3], a[3], b[3], d[3][3], on[12], f[12], mean[12] = {0}, size = 0;
@@ -105,7 +103,6 @@ static void directions(void **state)
   };
   PetscReal angles[2], d[9], want[9];
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(special); k++) {
     ok(SlipTriangleDirections(special[k].vertices, NULL, angles, d));
     AssertNear(remainder(angles[0] - special[k].strike, 360), 0, 1e-10);
@@ -148,7 +145,6 @@ static void pairs(void **state)
   const SlipTriangleCell *receiver[MANY], *source[MANY];
   PetscReal traction[MANY][3], slip[2 * MANY][3];
 
-  (void)state;
   for (int k = 0; k < 2 * MANY; k++) {
     const PetscReal rake = Random(-180, 180) * PETSC_PI / 180, below[3] = {0.1, 0.2, 1};
     const PetscBool over = (PetscBool)(k % 3 == 1);
@@ -203,7 +199,6 @@ static void near_a_corner(void **state)
   const PetscReal slip[3] = {1, 0, 0};
   PetscReal wide[9] = {0, 0, 0, 1e6, 3e5, 2e5, -2e5, 1e6, 7e5}, directions[9], u[3];
 
-  (void)state;
   ok(SlipTriangleDirections(wide, NULL, NULL, directions));
   for (int n = 0; n < 200; n++) {
     const PetscReal a = Random(1e-6, 1e-5), b = Random(1e-6, 1e-5);
@@ -226,7 +221,6 @@ static void input(void **state)
   const PetscReal v[9] = {0, 0, 3, 2, 0.5, 2, 1, 2, 2.5}, slip[3] = {1, 2, 3};
   PetscReal at[MANY][3], u[MANY][3], s[MANY][6], one[6], wrong[9];
 
-  (void)state;
   for (int k = 0; k < MANY; k++)
     for (int i = 0; i < 3; i++) at[k][i] = Random(i < 2 ? -4 : 0, 4);
   ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, v, slip, MANY, at[0], u[0]));

@@ -8,7 +8,6 @@ static void blocks_are_tractions(void **state)
 {
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (int k = 0; k < 2; k++)
     for (int space = 0; space < 2; space++) {
@@ -53,7 +52,6 @@ static void pairs_at_once(void **state)
   enum { pairs = 53 };
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (int k = 0; k < 2; k++) {
     const SlipKernel *kernel = &vectors[k].kernel;
@@ -122,7 +120,6 @@ static void projections_are_scalar(void **state)
 {
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (int space = 0; space < 2; space++)
     for (int k = 0; k < 3; k++) {
@@ -139,7 +136,6 @@ static void projections_at_any_dip(void **state)
 {
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (PetscInt e = 0; e < N; e++) {
     PetscReal *data = rectangle_data;
@@ -167,7 +163,6 @@ static void averages_are_reciprocal(void **state)
 {
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   vectors[1].kernel.average = SLIP_AVERAGE_CELL;
   for (PetscInt e = 0; e < 9 * T; e++)
@@ -228,7 +223,6 @@ static void energy_knows_no_axes(void **state)
   SlipCells vectors[2], scalars[2], *c = &vectors[1];
   static PetscReal slip[T][3], in_plane[T][2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (PetscInt e = 0; e < N; e++) {
     const PetscReal flat[3] = {100.0 * (e % NX), 80.0 * (e / NX), 3000};

@@ -12,7 +12,6 @@ static void matrices(void **state)
   Vec weights, scalar, u;
   Mat S, Kn, K;
 
-  (void)state;
   Meshes(vectors, scalars);
   ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[1], "dense", 1e-6, &S, &Kn));
   ok(MatIsSymmetric(S, 0, &is));
@@ -58,7 +57,6 @@ static void hierarchical(void **state)
   const PetscReal tolerance = 1e-6;
   const SlipCells rectangles = TwoDippingPlanes(nx, nz, data), triangles = TrianglesOf(&rectangles, halves);
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipCells c = k ? triangles : rectangles;
     PetscReal norm, error;
@@ -121,7 +119,6 @@ static void blocks_to_their_own_tolerance(void **state)
   const PetscScalar *a[2];
   Mat A[2][2];
 
-  (void)state;
   for (PetscInt e = half; e < n; e++) data[e] += 5000;
   c.kernel.type = &SlipKernelDippingVector;
   for (int t = 0; t < 2; t++) {
@@ -199,7 +196,6 @@ static void transforms(void **state)
   const PetscInt sizes[][2] = {{9, 8}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (size_t s = 0; s < 2 * PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
     const PetscInt nx = sizes[s / 2][0], nz = sizes[s / 2][1];
@@ -249,7 +245,6 @@ static void grids_project(void **state)
   static PetscReal rake[n];
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (int which = 0; which < 3; which++) {
     SlipDippingGrid grid = {.grid = {nx, nz, 900, 640, 0, vectors[0].kernel}, .dip = which ? 90 : 40, .rake = rake};
@@ -307,7 +302,6 @@ static void chosen(void **state)
   PetscBool match;
   Mat S;
 
-  (void)state;
   Meshes(vectors, scalars);
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(cases); k++) {
     const SlipDippingGrid grid = {
@@ -333,7 +327,6 @@ static void refused(void **state)
   SlipCells vectors[2], scalars[2];
   Mat A = NULL, B = NULL;
 
-  (void)state;
   Meshes(vectors, scalars);
   fails(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &scalars[0], "dense", 1e-6, &A, &B),
         "\"dipping\" has 1 components of slip, expected 2");

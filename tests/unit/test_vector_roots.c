@@ -65,7 +65,6 @@ static const struct {
    decades. A root by Lanczos' method has the same products, to its tolerance of 1e-8. */
 static void roots(void **state)
 {
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Kinds); k++) {
     Mat S = Stiffness(Kinds[k].kind, Kinds[k].type), H, L;
     PetscReal error, norm;
@@ -103,7 +102,6 @@ static void roots_refused(void **state)
 {
   Mat S = Stiffness("grid", "fft"), H = NULL;
 
-  (void)state;
   fails(MatCreateSlipViscosity(S, MASS, ZETA, "spectral", &H), "spectral viscosity needs");
   fails(MatCreateSlipViscosity(S, MASS, ZETA, "toeplitz", &H), "toeplitz viscosity needs");
   ok(MatDestroy(&S));
@@ -116,7 +114,6 @@ static void many_rows(void **state)
   PetscBool match;
   Mat S, H;
 
-  (void)state;
   ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "auto", &S, NULL));
   ok(MatCreateSlipViscosity(S, MASS, ZETA, "sqrtm", &H));
   ok(PetscObjectTypeCompare((PetscObject)H, "sliplanczos", &match));
@@ -129,7 +126,6 @@ static void radiation(void **state)
 {
   const PetscReal eta = 4.3e6;
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Kinds); k++) {
     Mat S = Stiffness(Kinds[k].kind, Kinds[k].type), H;
     PetscReal error, norm;
@@ -155,7 +151,6 @@ static void stages(void **state)
 {
   const PetscReal theta = 0.02, eta = 4.3e6;
 
-  (void)state;
   for (size_t k = 0; k < 3 * PETSC_STATIC_ARRAY_LENGTH(Kinds); k++) {
     const PetscReal mass = k % 3 == 2 ? 0 : MASS;
     Mat S = Stiffness(Kinds[k / 3].kind, Kinds[k / 3].type), H, B;

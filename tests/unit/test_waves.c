@@ -22,7 +22,6 @@ static void test_kernels(void **state)
 {
   PetscReal W[PETSC_STATIC_ARRAY_LENGTH(Time)];
 
-  (void)state;
   ok(SlipWaveKernel(SLIP_WAVE_ANTIPLANE, 0, PETSC_STATIC_ARRAY_LENGTH(Time), Time, W));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Time); i++) AssertNear(W[i], Third[i], 5.1e-9);
   ok(SlipWaveKernel(SLIP_WAVE_INPLANE, PetscSqrtReal(3), PETSC_STATIC_ARRAY_LENGTH(Time), Time, W));
@@ -34,7 +33,6 @@ static void test_poles(void **state)
 {
   static const PetscReal ratio[] = {1.45, 1.7320508, 2.2, 3.3}, tolerance[] = {1e-3, 1e-5, 1e-6};
 
-  (void)state;
   for (size_t k = 0; k < 2 * 4 * 3; k++) {
     const SlipWaveMode mode = k % 2 ? SLIP_WAVE_INPLANE : SLIP_WAVE_ANTIPLANE;
     const PetscReal cp = ratio[k / 2 % 4], wanted = tolerance[k / 8];
@@ -201,7 +199,6 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
 
 static void test_history(void **state)
 {
-  (void)state;
   History(PETSC_TRUE, PETSC_TRUE, 1e-4);
   History(PETSC_FALSE, PETSC_TRUE, 1e-4);
   History(PETSC_TRUE, PETSC_FALSE, 1e-2);
@@ -243,7 +240,6 @@ static void test_exponentials(void **state)
 {
   PetscReal f[2 * 24 * 24], exact[2 * 24 * 24];
 
-  (void)state;
   for (PetscInt nx = 1; nx <= 24; nx += 23) {
     const PetscInt n = nx * 24 * (nx > 1 ? 2 : 1);
     const PetscReal eta = 0.5 * PetscSqrtReal(G * RHO);
@@ -264,7 +260,6 @@ static void test_rest(void **state)
   const PetscReal *f;
   Medium m;
 
-  (void)state;
   for (int full = 0; full < 2; full++) {
     Create(1, CELLS, 1e7, 100, 1, full ? PETSC_TRUE : PETSC_FALSE, &m);
     for (int i = 0; i < CELLS; i++) v[i] = 0.01 * i * (CELLS - i) / CELLS;
@@ -316,7 +311,6 @@ static void test_images(void **state)
   enum { X = 60, Z = 8, N = X * Z };
   PetscReal v[2 * N], f[2][2 * N], worst = 0, largest = 0;
 
-  (void)state;
   for (int i = 0; i < N; i++) {
     v[2 * i] = sin(PETSC_PI * (i % X + 0.5) / X) * sin(PETSC_PI * (i / X + 0.5) / Z);
     v[2 * i + 1] = 0.5 * sin(2 * PETSC_PI * (i % X + 0.5) / X) * sin(PETSC_PI * (i / X + 0.5) / Z);
@@ -449,7 +443,6 @@ static void test_kostrov(void **state)
   static const PetscReal plane[][3] = {{.3, .317429, 2.5}, {.5, .507099, 2}, {.7, .674635, 2},
                                        {.8, .750178, 2},   {.9, .820515, 2}, {.95, .853818, 2}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(line); k++) {
     padding = line[k][2];
     AssertNear(Antiplane(200, line[k][0], line[k][1]), 0, 1e-4);
@@ -470,7 +463,6 @@ static void test_arrival(void **state)
   PetscReal early = 0, late = 0;
   Medium m;
 
-  (void)state;
   Create(N, N, 100, 100, 2, PETSC_TRUE, &m);
   ok(PetscCalloc1(2 * N * N, &rate));
   for (int i = 0; i < N * N; i++) rate[2 * i] = exp(-(PetscSqr(i % N - 20) + PetscSqr(i / N - 32)) / 8.0);
@@ -499,7 +491,6 @@ static void test_questions(void **state)
   PetscBool same;
   Vec half, again;
 
-  (void)state;
   Create(N, N, 100, 100, 2, PETSC_TRUE, &quiet);
   Create(N, N, 100, 100, 2, PETSC_TRUE, &asked);
   ok(VecDuplicate(asked.u, &half));
