@@ -55,14 +55,12 @@ static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCel
     SlipH5WriteAttrString(&h, "/cells", "columns", c->dip ? "x y z length width strike dip" : "x y z length width"));
   if (label) PetscCall(SlipH5WriteReal(&h, "/fault", 1, dims, label, NULL));
   PetscCall(SlipH5Close(&h));
-  PetscCall(PetscFree(rows));
-  return PETSC_SUCCESS;
+  return PetscFree(rows);
 }
 
 static inline PetscErrorCode WriteCells(const char file[], const SlipCells *c)
 {
-  PetscCall(WriteLabelledCells(file, c, NULL));
-  return PETSC_SUCCESS;
+  return WriteLabelledCells(file, c, NULL);
 }
 
 /* Each rectangle of dipping cells with rakes as two triangles, 2 i and 2 i + 1, in data [17][2 n] */

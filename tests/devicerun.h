@@ -15,7 +15,8 @@ static const char base[] = "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault
                            "-fault_friction_b 0.03 "
                            "-fault_progress no -ts_max_time 7e9 ";
 static PetscBool present;
-#define NEEDS_DEVICE if (!present) skip()
+#define NEEDS_DEVICE                                                                                                   \
+  if (!present) skip()
 
 typedef struct {
   SlipFault fault;
@@ -58,8 +59,7 @@ static PetscErrorCode Begin(const char options[], Run *run)
   PetscReal a[N];
 
   *run = (Run){0};
-  PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, base));
+  PetscCall(SetOptions(base));
   PetscCall(PetscOptionsInsertString(NULL, options));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &run->fault));
   PetscCall(SlipFaultSetFromOptions(run->fault));
@@ -73,8 +73,7 @@ static PetscErrorCode Begin(const char options[], Run *run)
   PetscCall(SlipFaultConfigureTS(run->fault, run->ts));
   PetscCall(TSSetSolution(run->ts, run->w));
   PetscCall(TSMonitorSet(run->ts, Watch, run, NULL));
-  PetscCall(TSSetFromOptions(run->ts));
-  return PETSC_SUCCESS;
+  return TSSetFromOptions(run->ts);
 }
 
 static PetscErrorCode Solve(const char options[], Run *run)
@@ -88,8 +87,7 @@ static PetscErrorCode Solve(const char options[], Run *run)
   PetscCall(SlipFaultCheckpointFinish(run->fault, run->ts, &code));
   PetscCall(SlipFaultOutputFinish(run->fault, run->ts, 0, 0));
   PetscCall(TSGetStepNumber(run->ts, &run->steps));
-  PetscCall(TSGetStepRejections(run->ts, &run->rejected));
-  return PETSC_SUCCESS;
+  return TSGetStepRejections(run->ts, &run->rejected);
 }
 
 static void End(Run *run)

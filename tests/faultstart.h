@@ -8,12 +8,26 @@ typedef struct {
   PetscReal value;
 } FaultReal;
 
-/* SlipFaultSetReal() of several: FaultSetReals(fault, {"nx", 3}, {"nz", 2}) */
+typedef struct {
+  const char *name, *value;
+} FaultString;
+
+/* SlipFaultSetReal() and SlipFaultSetString() of several: FaultSetReals(fault, {"nx", 3}, {"nz", 2}) */
 #define FaultSetReals(fault, ...)                                                                                      \
-  FaultSetRows(fault, sizeof((const FaultReal[]){__VA_ARGS__}) / sizeof(FaultReal), (const FaultReal[]){__VA_ARGS__})
-static inline PetscErrorCode FaultSetRows(SlipFault fault, size_t n, const FaultReal row[])
+  FaultSetRealRows(fault, sizeof((const FaultReal[]){__VA_ARGS__}) / sizeof(FaultReal),                                \
+                   (const FaultReal[]){__VA_ARGS__})
+#define FaultSetStrings(fault, ...)                                                                                    \
+  FaultSetStringRows(fault, sizeof((const FaultString[]){__VA_ARGS__}) / sizeof(FaultString),                          \
+                     (const FaultString[]){__VA_ARGS__})
+static inline PetscErrorCode FaultSetRealRows(SlipFault fault, size_t n, const FaultReal row[])
 {
   for (size_t i = 0; i < n; i++) PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
+  return PETSC_SUCCESS;
+}
+
+static inline PetscErrorCode FaultSetStringRows(SlipFault fault, size_t n, const FaultString row[])
+{
+  for (size_t i = 0; i < n; i++) PetscCall(SlipFaultSetString(fault, row[i].name, row[i].value));
   return PETSC_SUCCESS;
 }
 

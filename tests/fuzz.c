@@ -49,8 +49,7 @@ static PetscErrorCode ReadPolicy(const char file[])
   PetscCall(SlipH5HasAttribute(&h, "/", "checksum", &has));
   PetscCall(SlipH5Close(&h));
   snprintf(message, sizeof(message), "%s", has ? hash : "none");
-  PetscCall(SlipPolicyDestroy(&p));
-  return PETSC_SUCCESS;
+  return SlipPolicyDestroy(&p);
 }
 
 static PetscErrorCode MakePolicy(const char file[])
@@ -70,8 +69,7 @@ static PetscErrorCode MakePolicy(const char file[])
   PetscCall(SlipPolicySetAttribute(p, "alpha", "0.1"));
   PetscCall(SlipPolicySetAttribute(p, "created", "2026-11-22T00:00:00Z")); /* the same file every time */
   PetscCall(SlipPolicyStore(p, file));
-  PetscCall(SlipPolicyDestroy(&p));
-  return PETSC_SUCCESS;
+  return SlipPolicyDestroy(&p);
 }
 
 /* A fault of 3 x 2 cells, set up with one option that names the file. */
@@ -84,8 +82,7 @@ static PetscErrorCode ReadOfFault(const char option[], const char file[])
   PetscCall(SlipFaultSetReal(fault, "nz", 2));
   PetscCall(SlipFaultSetString(fault, option, file));
   PetscCall(SlipFaultSetUp(fault));
-  PetscCall(SlipFaultDestroy(&fault));
-  return PETSC_SUCCESS;
+  return SlipFaultDestroy(&fault);
 }
 
 static PetscErrorCode ReadMesh(const char file[])
@@ -235,6 +232,5 @@ int main(int argc, char **argv)
     file[strcspn(file, "\n")] = '\0';
     PetscCall(Report(kind, file));
   }
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

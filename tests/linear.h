@@ -17,8 +17,7 @@ static inline PetscErrorCode LinearResidual(SlipConstraint con, Vec x, Vec g, vo
 
   s->products++;
   PetscCall(MatMult(s->B, x, g));
-  PetscCall(VecAXPY(g, -1, s->load));
-  return PETSC_SUCCESS;
+  return VecAXPY(g, -1, s->load);
 }
 
 static inline PetscErrorCode LinearJacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)

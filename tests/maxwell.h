@@ -31,8 +31,7 @@ static PetscErrorCode Memory(SlipElastic el, PetscInt slot, PetscReal t, Vec u, 
   PetscCall(VecWAXPY(c->now, -1, past.u, u));
   PetscCall(VecScale(c->now, c->k * (x > 0 ? -expm1(-x) / x : 1)));
   PetscCall(VecAXPY(c->now, exp(-x), c->m[slot]));
-  PetscCall(VecCopy(c->now, m));
-  return PETSC_SUCCESS;
+  return VecCopy(c->now, m);
 }
 
 static PetscErrorCode SetUp_Maxwell(SlipElastic el, const SlipElasticRock *rock)
@@ -48,8 +47,7 @@ static PetscErrorCode SetUp_Maxwell(SlipElastic el, const SlipElasticRock *rock)
   PetscCall(MatDuplicate(c->K, MAT_COPY_VALUES, &c->B));
   PetscCall(MatSetOption(c->B, MAT_SYMMETRIC, PETSC_TRUE));
   c->mass = rock->inertia ? rock->mass : 0;
-  PetscCall(SlipElasticGetImpedance(el, &c->eta));
-  return PETSC_SUCCESS;
+  return SlipElasticGetImpedance(el, &c->eta);
 }
 
 static PetscErrorCode Force_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
@@ -63,8 +61,7 @@ static PetscErrorCode Force_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, V
   PetscCall(VecDuplicate(u, &m));
   PetscCall(Memory(el, slot, t, u, m));
   PetscCall(VecAXPY(shear, 1, m));
-  PetscCall(VecDestroy(&m));
-  return PETSC_SUCCESS;
+  return VecDestroy(&m);
 }
 
 static PetscErrorCode Stage_Maxwell(SlipElastic el, PetscReal t, PetscReal theta, Mat *B, Mat *C)
@@ -99,13 +96,10 @@ static PetscErrorCode Energy_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscRe
   PetscCall(VecDuplicate(u, &m));
   PetscCall(Memory(el, slot, t, u, m));
   PetscCall(VecGetLocalSize(u, &n));
-  PetscCall(VecGetArrayRead(u, &a));
-  PetscCall(VecGetArrayRead(m, &b));
+  a = VecRead(u);
+  b = VecRead(m);
   for (PetscInt i = 0; i < n; i++) *stored += b[i] * b[i] / (2 * c->k) - a[i] * b[i] / 2;
-  PetscCall(VecRestoreArrayRead(m, &b));
-  PetscCall(VecRestoreArrayRead(u, &a));
-  PetscCall(VecDestroy(&m));
-  return PETSC_SUCCESS;
+  return VecDestroy(&m);
 }
 
 static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
@@ -120,11 +114,9 @@ static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, P
   PetscCall(VecDuplicate(u, &m));
   PetscCall(Memory(el, slot, t, u, m));
   PetscCall(VecGetLocalSize(u, &n));
-  PetscCall(VecGetArrayRead(m, &a));
+  a = VecRead(m);
   for (PetscInt i = 0; i < n; i++) *lost += a[i] * a[i] / (c->k * c->tau);
-  PetscCall(VecRestoreArrayRead(m, &a));
-  PetscCall(VecDestroy(&m));
-  return PETSC_SUCCESS;
+  return VecDestroy(&m);
 }
 
 static PetscErrorCode Advance_Maxwell(SlipElastic el, PetscInt from, PetscInt to, PetscReal t, Vec u)
@@ -132,8 +124,7 @@ static PetscErrorCode Advance_Maxwell(SlipElastic el, PetscInt from, PetscInt to
   Maxwell *c;
 
   PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(Memory(el, from, t, u, c->m[to]));
-  return PETSC_SUCCESS;
+  return Memory(el, from, t, u, c->m[to]);
 }
 
 static PetscErrorCode Copy_Maxwell(SlipElastic el, PetscInt from, PetscInt to)
@@ -141,8 +132,7 @@ static PetscErrorCode Copy_Maxwell(SlipElastic el, PetscInt from, PetscInt to)
   Maxwell *c;
 
   PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(VecCopy(c->m[from], c->m[to]));
-  return PETSC_SUCCESS;
+  return VecCopy(c->m[from], c->m[to]);
 }
 
 static PetscErrorCode Visit_Maxwell(SlipElastic el, SlipState state)
@@ -151,8 +141,7 @@ static PetscErrorCode Visit_Maxwell(SlipElastic el, SlipState state)
 
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipStateVec(state, "stress_before", c->m[0]));
-  PetscCall(SlipStateVec(state, "stress", c->m[1]));
-  return PETSC_SUCCESS;
+  return SlipStateVec(state, "stress", c->m[1]);
 }
 
 static PetscErrorCode Destroy_Maxwell(SlipElastic el)
@@ -161,11 +150,8 @@ static PetscErrorCode Destroy_Maxwell(SlipElastic el)
 
   PetscCall(SlipElasticGetData(el, &c));
   for (int i = 0; i < 2; i++) PetscCall(VecDestroy(&c->m[i]));
-  PetscCall(VecDestroy(&c->now));
-  PetscCall(MatDestroy(&c->K));
-  PetscCall(MatDestroy(&c->B));
-  PetscCall(PetscFree(c));
-  return PETSC_SUCCESS;
+  PetscCall(DestroyObjects(&c->now, &c->K, &c->B));
+  return PetscFree(c);
 }
 
 static PetscErrorCode Create_Maxwell(SlipElastic el)
@@ -184,6 +170,5 @@ static PetscErrorCode Create_Maxwell(SlipElastic el)
   PetscCall(PetscNew(&c));
   c->tau = Tau;
   c->k = Stiffness;
-  PetscCall(SlipElasticSetOps(el, &ops, c));
-  return PETSC_SUCCESS;
+  return SlipElasticSetOps(el, &ops, c);
 }

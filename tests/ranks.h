@@ -1,7 +1,6 @@
 /* main() of the tests that are no cmocka programs: run() on all ranks between PETSc's start and end. */
 #pragma once
-#include <slipstep.h>
-#include <slipcompat.h>
+#include "objects.h"
 
 #define SLIP_RANKS(run)                                                                                                \
   int main(int argc, char **argv)                                                                                      \

@@ -120,14 +120,12 @@ static inline PetscErrorCode Create_Scripted(TS ts)
   ts->usessnes = PETSC_FALSE;
   ts->default_adapt_type = TSADAPTNONE;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", GetLastAttempt_Scripted));
-  PetscCall(TSSetSlipProblem(ts, &Scripted, NULL));
-  return PETSC_SUCCESS;
+  return TSSetSlipProblem(ts, &Scripted, NULL);
 }
 
 static inline PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscCall(VecZeroEntries(f));
-  return PETSC_SUCCESS;
+  return VecZeroEntries(f);
 }
 
 /* A TS of three components (2, -4, 1), T* = 2 s, 100 s, first step h. */
@@ -140,8 +138,7 @@ static inline TS start(const char *type, const char *options, PetscReal h)
   memset(&script, 0, sizeof(script));
   script.order = 2;
   script.energy = NAN;
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, "scripted"));
   ok(TSSetRHSFunction(ts, NULL, Rhs, NULL));
@@ -149,8 +146,7 @@ static inline TS start(const char *type, const char *options, PetscReal h)
   ok(VecSetValue(y, 0, 2, INSERT_VALUES));
   ok(VecSetValue(y, 1, -4, INSERT_VALUES));
   ok(VecSetValue(y, 2, 1, INSERT_VALUES));
-  ok(VecAssemblyBegin(y));
-  ok(VecAssemblyEnd(y));
+  ok(VecAssemble(y));
   ok(TSSetSolution(ts, y));
   ok(VecDestroy(&y));
   ok(TSSetTimeStep(ts, h));

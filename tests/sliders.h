@@ -19,8 +19,7 @@ typedef struct {
 
 static inline PetscErrorCode SlidersGet(Vec w, PetscInt field, Vec x)
 {
-  PetscCall(VecStrideGather(w, field, x, INSERT_VALUES));
-  return PETSC_SUCCESS;
+  return VecStrideGather(w, field, x, INSERT_VALUES);
 }
 
 static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void *ctx)
@@ -62,9 +61,9 @@ static PetscErrorCode SlidersFriction(Sliders *p, Vec s0, Vec x, PetscReal theta
   PetscInt n;
 
   PetscCall(VecGetLocalSize(s0, &n));
-  PetscCall(VecGetArrayRead(s0, &s));
-  PetscCall(VecGetArrayRead(p->bound, &b));
-  if (x) PetscCall(VecGetArrayRead(x, &v));
+  s = VecRead(s0);
+  b = VecRead(p->bound);
+  if (x) v = VecRead(x);
   PetscCall(VecGetArray(q, &qq));
   if (dq) PetscCall(VecGetArray(dq, &d));
   for (PetscInt i = 0; i < n; i++) {
@@ -74,11 +73,7 @@ static PetscErrorCode SlidersFriction(Sliders *p, Vec s0, Vec x, PetscReal theta
     if (d) d[i] = -b[i] * theta * e / p->dc;
   }
   if (dq) PetscCall(VecRestoreArray(dq, &d));
-  PetscCall(VecRestoreArray(q, &qq));
-  if (x) PetscCall(VecRestoreArrayRead(x, &v));
-  PetscCall(VecRestoreArrayRead(p->bound, &b));
-  PetscCall(VecRestoreArrayRead(s0, &s));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(q, &qq);
 }
 
 static PetscErrorCode SlidersBound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
@@ -93,14 +88,12 @@ static PetscErrorCode SlidersBoundState(SlipConstraint con, PetscReal t, Vec w, 
   Sliders *p = (Sliders *)ctx;
 
   PetscCall(SlidersGet(w, 2, p->work));
-  PetscCall(SlidersFriction(p, p->work, NULL, 0.0, q, NULL));
-  return PETSC_SUCCESS;
+  return SlidersFriction(p, p->work, NULL, 0.0, q, NULL);
 }
 
 static PetscErrorCode SlidersReduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
-  PetscCall(SlidersGet(w, 0, x));
-  return PETSC_SUCCESS;
+  return SlidersGet(w, 0, x);
 }
 
 static PetscErrorCode SlidersLift(SlipConstraint con, Vec x, Vec w, void *ctx)
@@ -113,8 +106,7 @@ static PetscErrorCode SlidersLift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscCall(VecCopy(x, p->work));
   PetscCall(VecAbs(p->work));
   PetscCall(VecAYPX(p->work, p->theta, p->sbase));
-  PetscCall(VecStrideScatter(p->work, 2, w, INSERT_VALUES));
-  return PETSC_SUCCESS;
+  return VecStrideScatter(p->work, 2, w, INSERT_VALUES);
 }
 
 static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
@@ -122,8 +114,7 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   Sliders *p = (Sliders *)ctx;
   Vec v, f;
 
-  PetscCall(VecDuplicate(p->work, &v));
-  PetscCall(VecDuplicate(p->work, &f));
+  PetscCall(DuplicateVecs(p->work, &v, &f));
   PetscCall(SlidersGet(w, 0, v));
   PetscCall(SlidersGet(w, 1, p->work));
   PetscCall(MatMult(p->H, v, f));
@@ -133,9 +124,7 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   PetscCall(VecStrideScatter(v, 1, F, INSERT_VALUES));
   PetscCall(VecAbs(v));
   PetscCall(VecStrideScatter(v, 2, F, INSERT_VALUES));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&f));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&v, &f);
 }
 
 static PetscErrorCode SlidersAddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
@@ -144,15 +133,13 @@ static PetscErrorCode SlidersAddReaction(SlipConstraint con, PetscReal a, Vec r,
 
   PetscCall(VecCopy(r, p->work));
   PetscCall(VecScale(p->work, a));
-  PetscCall(VecStrideScatter(p->work, 0, F, ADD_VALUES));
-  return PETSC_SUCCESS;
+  return VecStrideScatter(p->work, 0, F, ADD_VALUES);
 }
 
 static PetscErrorCode SlidersSolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
   if (F != k) PetscCall(VecCopy(F, k));
-  PetscCall(VecStrideScale(k, 0, 1.0 / ((Sliders *)ctx)->mass));
-  return PETSC_SUCCESS;
+  return VecStrideScale(k, 0, 1.0 / ((Sliders *)ctx)->mass);
 }
 
 /* K is given by its entries, a function of two indices; H = eta I */
@@ -183,8 +170,7 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
   PetscCall(MatGetOwnershipRange(p->K, &first, &last));
   for (PetscInt i = first; i < last; i++)
     for (PetscInt j = 0; j < n; j++) PetscCall(MatSetValue(p->K, i, j, entry(i, j, n), INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(p->K, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(p->K, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemble(p->K));
   PetscCall(MatDuplicate(p->K, MAT_COPY_VALUES, &p->l.B));
   PetscCall(MatDuplicate(p->K, MAT_DO_NOT_COPY_VALUES, &p->H));
   PetscCall(MatZeroEntries(p->H));
@@ -192,12 +178,8 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
   PetscCall(MatCreateVecs(p->K, &p->bound, &p->load));
   PetscCall(VecSet(p->bound, 1.0));
   PetscCall(VecSet(p->load, 0.0));
-  PetscCall(VecDuplicate(p->bound, &p->l.load));
-  PetscCall(VecDuplicate(p->bound, &p->ubase));
-  PetscCall(VecDuplicate(p->bound, &p->sbase));
-  PetscCall(VecDuplicate(p->bound, &p->work));
-  PetscCall(SlipConstraintCreate(comm, &ops, p, p->bound, &p->con));
-  return PETSC_SUCCESS;
+  PetscCall(DuplicateVecs(p->bound, &p->l.load, &p->ubase, &p->sbase, &p->work));
+  return SlipConstraintCreate(comm, &ops, p, p->bound, &p->con);
 }
 
 static inline PetscErrorCode SlidersCreateState(Sliders *p, Vec *w)
@@ -209,23 +191,13 @@ static inline PetscErrorCode SlidersCreateState(Sliders *p, Vec *w)
   PetscCall(VecSetSizes(*w, 3 * n, PETSC_DETERMINE));
   PetscCall(VecSetBlockSize(*w, 3));
   PetscCall(VecSetFromOptions(*w));
-  PetscCall(VecZeroEntries(*w));
-  return PETSC_SUCCESS;
+  return VecZeroEntries(*w);
 }
 
 static inline PetscErrorCode SlidersDestroy(Sliders *p)
 {
-  PetscCall(MatDestroy(&p->K));
-  PetscCall(MatDestroy(&p->H));
-  PetscCall(MatDestroy(&p->l.B));
-  PetscCall(VecDestroy(&p->bound));
-  PetscCall(VecDestroy(&p->load));
-  PetscCall(VecDestroy(&p->l.load));
-  PetscCall(VecDestroy(&p->ubase));
-  PetscCall(VecDestroy(&p->sbase));
-  PetscCall(VecDestroy(&p->work));
-  PetscCall(SlipConstraintDestroy(&p->con));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&p->K, &p->H, &p->l.B, &p->bound, &p->load, &p->l.load, &p->ubase, &p->sbase, &p->work,
+                        &p->con);
 }
 
 /* A constant-step TSBATHE over [0, tmax] from w (which receives the end) */

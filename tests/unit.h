@@ -7,8 +7,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include <slipstep.h>
-#include <slipcompat.h>
+#include "objects.h"
 
 /* The kernel of vertical strike-slip cells in a rock */
 #define ROCK(nu, full_space, average)                                                                                  \
@@ -65,19 +64,8 @@ static inline void SetAdapt(TS ts, TSAdaptType type)
   ok(TSAdaptSetType(adapt, type));
 }
 
-/* Vectors like v, by their addresses */
-#define VecsDuplicate(v, ...)                                                                                          \
-  do {                                                                                                                 \
-    Vec *const each[] = {__VA_ARGS__};                                                                                 \
-    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(VecDuplicate(v, each[one]));                    \
-  } while (0)
-
-/* Destroys PETSc's objects and ours, of any classes, by their addresses */
-#define ObjectsDestroy(...)                                                                                            \
-  do {                                                                                                                 \
-    void *const each[] = {__VA_ARGS__};                                                                                \
-    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(PetscObjectDestroy((PetscObject *)each[one]));  \
-  } while (0)
+#define VecsDuplicate(...) ok(DuplicateVecs(__VA_ARGS__))
+#define ObjectsDestroy(...) ok(DestroyObjects(__VA_ARGS__))
 
 /* main() of a program of these tests, between PETSc's start and end; _WITH: setup and teardown of the group. */
 #define SLIP_TESTS(...) SLIP_TESTS_WITH(NULL, NULL, __VA_ARGS__)

@@ -64,8 +64,7 @@ static PetscErrorCode ReadOptions(Options *o)
     if (!strcmp(ProblemTable[i]->name, names[k])) o->problem = ProblemTable[i];
   PetscCheck(!o->cost || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-cost: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
-  PetscCall(CMACheckFamily(o->problem, o->family));
-  return PETSC_SUCCESS;
+  return CMACheckFamily(o->problem, o->family);
 }
 
 /* run [DIALS][n] */
@@ -84,8 +83,7 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
       run[d * l->n + e] =
         (LadderRun){LadderCost(l, &r), r.done < 1 || PetscIsInfOrNanReal(r.error) ? PETSC_MAX_REAL : r.error};
     }
-  PetscCall(SlipPolicyDestroy(&policy));
-  return PETSC_SUCCESS;
+  return SlipPolicyDestroy(&policy);
 }
 
 /* ---- tables ---- */
@@ -136,8 +134,7 @@ static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
                           (double)Dials[d], 100 * (double)score.kept, (double)score.median, (double)score.solves,
                           (double)dial.mean, (double)dial.least, (double)equal.mean, (double)equal.least, equal.none));
   }
-  PetscCall(PetscPrintf(PETSC_COMM_SELF, "\n"));
-  return PETSC_SUCCESS;
+  return PetscPrintf(PETSC_COMM_SELF, "\n");
 }
 
 /* The setting, of all controllers and of the ladder's tolerances, with the fewest solves of those that keep the dial */
@@ -195,8 +192,7 @@ static PetscErrorCode ClassicalTable(Ladder *l)
     else
       PetscCall(PetscPrintf(PETSC_COMM_SELF, " | none | |\n"));
   }
-  PetscCall(PetscPrintf(PETSC_COMM_SELF, "\n"));
-  return PETSC_SUCCESS;
+  return PetscPrintf(PETSC_COMM_SELF, "\n");
 }
 
 /* Each controller at the tolerance of -fault_accuracy */
@@ -278,8 +274,7 @@ static PetscErrorCode Run(void)
   PetscCall(LibraryTable(&l, o.problem->name));
   PetscCall(PetscFree(run));
   PetscCall(LadderDestroy(&l));
-  PetscCall(PetscFree(o.family));
-  return PETSC_SUCCESS;
+  return PetscFree(o.family);
 }
 
 int main(int argc, char **argv)
@@ -287,6 +282,5 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(Run());
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

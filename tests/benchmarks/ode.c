@@ -8,7 +8,7 @@ static const char help[] = "Twenty ordinary differential equations of the litera
 /* Error: root mean square over time and components, each in units of its largest value. Work: evaluations of f, and of
    its Jacobian with the solve that follows; Jacobians by differences count as one. */
 #include "ode.h"
-#include <slipstep.h>
+#include "../objects.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -35,19 +35,16 @@ static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 
   run->f++;
   PetscCheck(run->f <= MAX_WORK, PETSC_COMM_SELF, PETSC_ERR_CONV_FAILED, "More than %d evaluations", (int)MAX_WORK);
-  PetscCall(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   PetscCall(VecGetArrayWrite(f, &b));
   (*run->r->c->f)(t, a, b);
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(f, &b);
 }
 
 static PetscErrorCode IFunction(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void *ctx)
 {
   PetscCall(Rhs(ts, t, y, F, ctx));
-  PetscCall(VecAYPX(F, -1, ydot));
-  return PETSC_SUCCESS;
+  return VecAYPX(F, -1, ydot);
 }
 
 /* shift I + factor df/dy */
@@ -60,9 +57,8 @@ static PetscErrorCode Differences(PetscReal t, Vec y, Mat P, PetscReal shift, Pe
   double z[MAX_N], f[MAX_N], g[MAX_N];
 
   run->jacobians++;
-  PetscCall(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   for (int i = 0; i < n; i++) z[i] = a[i];
-  PetscCall(VecRestoreArrayRead(y, &a));
   (*r->c->f)(t, z, f);
   PetscCall(MatDenseGetArrayWrite(P, &J));
   for (int j = 0; j < n; j++) {
@@ -74,21 +70,17 @@ static PetscErrorCode Differences(PetscReal t, Vec y, Mat P, PetscReal shift, Pe
     z[j] = keep;
   }
   PetscCall(MatDenseRestoreArrayWrite(P, &J));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  return PETSC_SUCCESS;
+  return MatAssemble(P);
 }
 
 static PetscErrorCode Jacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
-  PetscCall(Differences(t, y, P, 0, 1, (Run *)ctx));
-  return PETSC_SUCCESS;
+  return Differences(t, y, P, 0, 1, (Run *)ctx);
 }
 
 static PetscErrorCode IJacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal shift, Mat J, Mat P, void *ctx)
 {
-  PetscCall(Differences(t, y, P, shift, -1, (Run *)ctx));
-  return PETSC_SUCCESS;
+  return Differences(t, y, P, shift, -1, (Run *)ctx);
 }
 
 static PetscErrorCode Measure(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
@@ -98,9 +90,8 @@ static PetscErrorCode Measure(TS ts, PetscInt step, PetscReal t, Vec y, void *ct
   double now;
 
   if (step <= 0 || t <= run->t) return PETSC_SUCCESS;
-  PetscCall(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   now = ReferenceDeviation(run->r, t, a, &run->at);
-  PetscCall(VecRestoreArrayRead(y, &a));
   run->integral += 0.5 * (t - run->t) * (run->before + now);
   run->before = now;
   run->t = t;
@@ -169,9 +160,7 @@ static PetscErrorCode SetUp(const Reference *r, Method method, double tol, Run *
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));
-  PetscCall(MatDestroy(&J));
-  PetscCall(VecDestroy(&atol));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&J, &atol);
 }
 
 static PetscErrorCode RunOne(const Reference *r, Method method, const char controller[], double tol)
@@ -199,9 +188,7 @@ static PetscErrorCode RunOne(const Reference *r, Method method, const char contr
          : reason < 0 || run.t < r->c->end * (1 - 1e-9) ? "not_reached"
          : isfinite(error)                              ? "end"
                                                         : "nan");
-  PetscCall(TSDestroy(&ts));
-  PetscCall(VecDestroy(&y));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&ts, &y);
 }
 
 static PetscErrorCode RunAll(void)
@@ -243,6 +230,5 @@ int main(int argc, char **argv)
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("ode"));
   PetscCall(RunAll());
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

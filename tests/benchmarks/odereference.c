@@ -33,8 +33,7 @@ static PetscErrorCode Keep(Reference *r, double t, const double y[], const doubl
   row = r->rows + r->n++ * width;
   row[0] = t;
   PetscCall(PetscArraycpy(row + 1, y, n));
-  PetscCall(PetscArraycpy(row + 1 + n, f, n));
-  return 0;
+  return PetscArraycpy(row + 1 + n, f, n);
 }
 
 /* One pass; with the scales of the one before it. keep: rows */
@@ -83,8 +82,7 @@ static PetscErrorCode Integrate(Reference *r, double tol, PetscBool keep)
     }
     h *= isfinite(E) ? PetscClipInterval(0.9 * pow(E, -0.2), 0.2, 5) : 0.1;
   }
-  PetscCall(PetscArraycpy(r->scale, scale, n));
-  return 0;
+  return PetscArraycpy(r->scale, scale, n);
 }
 
 PetscErrorCode ReferenceCreate(const Case *c, Reference *r)
@@ -94,8 +92,7 @@ PetscErrorCode ReferenceCreate(const Case *c, Reference *r)
   for (int i = 0; i < c->n; i++) r->y0[i] = isnan(c->y0[0]) ? exp(-200 * PetscSqr(i / 40. - 0.3)) : c->y0[i];
   for (int i = 0; i < c->n; i++) r->scale[i] = 1;
   PetscCall(Integrate(r, 1e-6, PETSC_FALSE)); /* for the scales */
-  PetscCall(Integrate(r, REFERENCE_TOL, PETSC_TRUE));
-  return 0;
+  return Integrate(r, REFERENCE_TOL, PETSC_TRUE);
 }
 
 double ReferenceDeviation(const Reference *r, double t, const PetscScalar y[], PetscInt *at)

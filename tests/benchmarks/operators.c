@@ -3,7 +3,7 @@ static const char help[] =
   "  mpirun -n 2 operators -bench_kind k_fft -bench_n 100\n"
   "Prints one \"name value\" a line, in SI units. tests/benchmarks/run.sh runs it for many sizes.\n\n";
 
-#include <slipstep.h>
+#include "../objects.h"
 #include <petscksp.h>
 #include <petsctime.h>
 #include <math.h>
@@ -74,9 +74,7 @@ static PetscErrorCode CreateWarmStiffness(Bench *b)
   PetscCall(MatCreateVecs(b->K, &x, &y));
   PetscCall(VecSet(x, 1));
   PetscCall(MatMult(b->K, x, y));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&x, &y);
 }
 
 static PetscErrorCode CreateStage(Bench *b)
@@ -84,16 +82,14 @@ static PetscErrorCode CreateStage(Bench *b)
   PetscCall(CreateWarmStiffness(b));
   PetscCall(MatCreateSlipViscosity(b->K, b->mass, ZETA, "sqrtm", &b->H));
   PetscCall(MatCreateSlipStage(b->K, b->H, b->mass, &b->B));
-  PetscCall(MatSlipStageSetFromOptions(b->B));
-  return PETSC_SUCCESS;
+  return MatSlipStageSetFromOptions(b->B);
 }
 
 /* The stage operator at T*, which its preconditioner needs */
 static PetscErrorCode CreateStageAtTstar(Bench *b)
 {
   PetscCall(CreateStage(b));
-  PetscCall(MatSlipStageSetTheta(b->B, b->tstar));
-  return PETSC_SUCCESS;
+  return MatSlipStageSetTheta(b->B, b->tstar);
 }
 
 static PetscErrorCode Viscosity(Bench *b, const char type[])
@@ -115,8 +111,7 @@ static PetscErrorCode Preconditioner(Bench *b, const char type[])
   PetscCall(PCCreate(b->comm, &b->pc));
   PetscCall(PCSetType(b->pc, type));
   PetscCall(PCSetOperators(b->pc, b->B, b->B));
-  PetscCall(PCSetUp(b->pc));
-  return PETSC_SUCCESS;
+  return PCSetUp(b->pc);
 }
 
 /* One row per operator: what is made before, and what is timed. */
@@ -163,8 +158,7 @@ static PetscErrorCode Fill(PetscReal (*value)(PetscInt cell, PetscInt k), PetscI
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetArrayWrite(x, &a));
   for (PetscInt i = start; i < end; i++) a[i - start] = value(i, k);
-  PetscCall(VecRestoreArrayWrite(x, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(x, &a);
 }
 
 static PetscErrorCode Apply(Bench *b, Vec x, Vec y, PetscLogDouble *seconds)
@@ -211,9 +205,7 @@ static PetscErrorCode TimeProducts(Bench *b, PetscLogDouble *first, PetscLogDoub
   }
   qsort(sample, (size_t)count, sizeof(sample[0]), Compare);
   *median = sample[count / 2];
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&x, &y);
 }
 
 /* Largest memory of this process so far [bytes]: Linux knows, and counts from exec() on; elsewhere that of now. */
@@ -251,8 +243,7 @@ static PetscErrorCode PrintMemory(Bench *b)
   if (b->A || b->pc) PetscCall(PetscPrintf(b->comm, "memory %.17g\nmemory_all %.17g\n", (double)most, (double)all));
   PetscCall(PeakMemory(&resident));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, b->comm));
-  PetscCall(PetscPrintf(b->comm, "resident %.17g\n", (double)resident));
-  return PETSC_SUCCESS;
+  return PetscPrintf(b->comm, "resident %.17g\n", (double)resident);
 }
 
 static PetscErrorCode RunOperator(Bench *b, const char kind[])
@@ -275,8 +266,7 @@ static PetscErrorCode RunOperator(Bench *b, const char kind[])
   PetscCallMPI(MPI_Barrier(b->comm));
   PetscCall(PetscTime(&end));
   PetscCall(TimeProducts(b, &first, &median));
-  PetscCall(PetscPrintf(b->comm, "setup %.6g\nproduct %.6g\n", end - begin + PetscMax(first - median, 0), median));
-  return PETSC_SUCCESS;
+  return PetscPrintf(b->comm, "setup %.6g\nproduct %.6g\n", end - begin + PetscMax(first - median, 0), median);
 }
 
 /* Iterations of preconditioned CG for the Jacobian of a step's second stage (theta = h/3), without weakening. */
@@ -293,8 +283,7 @@ static PetscErrorCode RunCG(Bench *b)
   PetscCall(CreateStage(b));
   PetscCall(MatSlipStageSetTheta(b->B, b->step * b->tstar / 3));
   PetscCall(MatCreateVecs(b->K, &x, &rhs));
-  PetscCall(VecDuplicate(x, &mask));
-  PetscCall(VecDuplicate(x, &slope));
+  PetscCall(DuplicateVecs(x, &mask, &slope));
   PetscCall(VecZeroEntries(slope));
   PetscCall(Fill(Slides, b->n, mask));
   PetscCall(Fill(Noise, 0, rhs));
@@ -317,13 +306,7 @@ static PetscErrorCode RunCG(Bench *b)
   PetscCheck(reason > 0, b->comm, PETSC_ERR_NOT_CONVERGED, "CG ended as %s after %" PetscInt_FMT " iterations",
              KSPConvergedReasons[reason], iterations);
   PetscCall(PetscPrintf(b->comm, "iterations %" PetscInt_FMT "\nsolve %.6g\n", iterations, end - begin));
-  PetscCall(KSPDestroy(&ksp));
-  PetscCall(MatDestroy(&J));
-  PetscCall(VecDestroy(&mask));
-  PetscCall(VecDestroy(&slope));
-  PetscCall(VecDestroy(&rhs));
-  PetscCall(VecDestroy(&x));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&ksp, &J, &mask, &slope, &rhs, &x);
 }
 
 static PetscErrorCode Run(void)
@@ -347,10 +330,7 @@ static PetscErrorCode Run(void)
     PetscCall(RunOperator(&b, kind));
   PetscCall(PrintMemory(&b));
   PetscCall(PCDestroy(&b.pc));
-  PetscCall(MatDestroy(&b.B));
-  PetscCall(MatDestroy(&b.H));
-  PetscCall(MatDestroy(&b.K));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&b.B, &b.H, &b.K);
 }
 
 int main(int argc, char **argv)
@@ -359,6 +339,5 @@ int main(int argc, char **argv)
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("operators"));
   PetscCall(Run());
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

@@ -7,7 +7,7 @@ static const char help[] =
   "  mpirun -n 2 planes -bench_n 16000 -bench_triangles -bench_vectors\n"
   "Prints one \"name value\" a line, in SI units.\n\n";
 
-#include <slipstep.h>
+#include "../objects.h"
 #include "cells.h"
 #include <petsctime.h>
 #include <time.h>
@@ -62,8 +62,7 @@ static PetscErrorCode CutCells(SlipCells *cells)
 
   PetscCall(PetscMalloc1(2 * TRIANGLE_COLUMNS * (size_t)squares.n, &data));
   *cells = TrianglesOf(&squares, data);
-  PetscCall(PetscFree(column));
-  return PETSC_SUCCESS;
+  return PetscFree(column);
 }
 
 static SlipCell CellOf(const SlipCells *c, PetscInt i)
@@ -114,8 +113,8 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
   PetscInt start, end;
 
   PetscCall(VecGetOwnershipRange(n, &start, &end));
-  PetscCall(VecGetArrayRead(f, &a[0]));
-  PetscCall(VecGetArrayRead(n, &a[1]));
+  a[0] = VecRead(f);
+  a[1] = VecRead(n);
   for (PetscInt i = start; i < end; i++) {
     const PetscInt e = c->order ? c->order[i] : i;
     PetscReal want[3];
@@ -132,8 +131,6 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
       worst[k] = PetscMax(worst[k], PetscAbsReal(error));
     }
   }
-  PetscCall(VecRestoreArrayRead(f, &a[0]));
-  PetscCall(VecRestoreArrayRead(n, &a[1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 5, MPIU_REAL, MPIU_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, worst, 2, MPIU_REAL, MPIU_MAX, comm));
   PetscCall(PetscPrintf(comm, "rows %g\n", (double)sums[4]));
@@ -154,16 +151,14 @@ static PetscErrorCode Print(MPI_Comm comm, const char name[], const SlipCells *c
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetSize(x, &rows));
   rows /= c->n;
-  PetscCall(VecGetArrayRead(x, &a));
+  a = VecRead(x);
   for (PetscInt i = start; i < end; i++) {
     sum[0] += a[i - start] * PetscSinReal((PetscReal)(rows * c->order[i / rows] + i % rows));
     sum[1] += a[i - start] * a[i - start];
   }
-  PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, comm));
-  PetscCall(PetscPrintf(comm, "%s_sum %.12g\n%s_norm %.12g\n", name, (double)(sum[0] / PetscSqrtReal(sum[1])), name,
-                        (double)PetscSqrtReal(sum[1])));
-  return PETSC_SUCCESS;
+  return PetscPrintf(comm, "%s_sum %.12g\n%s_norm %.12g\n", name, (double)(sum[0] / PetscSqrtReal(sum[1])), name,
+                     (double)PetscSqrtReal(sum[1]));
 }
 
 static PetscErrorCode Run(MPI_Comm comm)
@@ -238,15 +233,10 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscCall(Print(comm, "k", &cells, f));
   PetscCall(Print(comm, "kn", &cells, c));
   if (rows > 0) PetscCall(Errors(comm, &cells, rows, f, c));
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&f));
-  PetscCall(VecDestroy(&c));
-  PetscCall(MatDestroy(&K));
-  PetscCall(MatDestroy(&Kn));
+  PetscCall(DestroyObjects(&u, &f, &c, &K, &Kn));
   PetscCall(PetscFree(order));
   column = (PetscReal *)cells.x;
-  PetscCall(PetscFree(column));
-  return PETSC_SUCCESS;
+  return PetscFree(column);
 }
 
 int main(int argc, char **argv)
@@ -255,6 +245,5 @@ int main(int argc, char **argv)
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("planes"));
   PetscCall(Run(PETSC_COMM_WORLD));
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

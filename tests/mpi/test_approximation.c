@@ -15,9 +15,8 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
 
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsSetValue(NULL, options[i], options[i + 1]));
   PetscCall(SlipFaultCreate(comm, &fault));
+  PetscCall(FaultSetStrings(fault, {"operator", operator}, {"stiffness_scaling", "mean_slip"}));
   PetscCall(FaultSetReals(fault, {"nx", 11}, {"nz", 9}));
-  PetscCall(SlipFaultSetString(fault, "operator", operator));
-  PetscCall(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   PetscCall(FaultStart(fault, TSADAPTNONE, 1.5, 15, &w, &ts));
   PetscCall(TSBatheSetStageError(ts, 0)); /* solves to rounding */
   PetscCall(TSSetFromOptions(ts));
@@ -26,10 +25,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(SlipFaultGetObservables(fault, 15, w, NULL, &obs));
   *slip = obs.mean_slip;
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsClearValue(NULL, options[i]));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&fault, &w, &ts);
 }
 
 /* How a run is compared with the one of dense matrices on one rank, and to what. */

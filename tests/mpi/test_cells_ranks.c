@@ -21,8 +21,7 @@ static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal toleran
   PetscCall(ProductDistance(A, B, x, &error));
   PetscCheck(error <= tolerance, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s differs by %g, expected at most %g", what,
              (double)error, (double)tolerance);
-  PetscCall(VecDestroy(&x));
-  return PETSC_SUCCESS;
+  return VecDestroy(&x);
 }
 
 /* Storage to 1e-6 of each low-rank block, so products to that, and the root likewise, as its condition is about 50. */
@@ -83,18 +82,15 @@ static PetscErrorCode Planes(void)
      hold */
   PetscCall(Compare("hierarchical normal stress of planes", Kn[1], Kn[0], 1e-5));
   for (int t = 0; t < 2; t++) {
-    PetscCall(MatDestroy(&K[t]));
-    PetscCall(MatDestroy(&Kn[t]));
+    PetscCall(DestroyObjects(&K[t], &Kn[t]));
   }
-  PetscCall(PetscFree(order));
-  return PETSC_SUCCESS;
+  return PetscFree(order);
 }
 
 static PetscErrorCode Both(void)
 {
   PetscCall(Run());
-  PetscCall(Planes());
-  return PETSC_SUCCESS;
+  return Planes();
 }
 
 SLIP_RANKS(Both)

@@ -11,8 +11,7 @@ static PetscErrorCode Options(const char extra[], CMAOptions *o)
           "-train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2 "
           "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
   PetscCall(PetscOptionsInsertString(NULL, extra));
-  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, NULL, o));
-  return PETSC_SUCCESS;
+  return CMAOptionsSet(PETSC_COMM_WORLD, NULL, o);
 }
 
 /* mean and best [2 n], to be freed */
@@ -28,8 +27,7 @@ static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, doub
   PetscCall(PetscMalloc1(2 * t.loop.es.n, result));
   PetscCall(PetscArraycpy(*result, t.loop.es.mean, t.loop.es.n));
   PetscCall(PetscArraycpy(*result + t.loop.es.n, t.best, t.loop.es.n));
-  PetscCall(CMATrainerDestroy(&t));
-  return PETSC_SUCCESS;
+  return CMATrainerDestroy(&t);
 }
 
 static PetscErrorCode Compare(PetscInt n, const double a[], const double b[], const char what[])
@@ -62,8 +60,7 @@ static PetscErrorCode Run(void)
   if (!PetscGlobalRank) (void)remove(file);
   PetscCall(PetscFree(all));
   PetscCall(PetscFree(alone));
-  PetscCall(PetscFree(resumed));
-  return PETSC_SUCCESS;
+  return PetscFree(resumed);
 }
 
 SLIP_RANKS(Run)

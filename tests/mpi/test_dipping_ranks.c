@@ -31,8 +31,7 @@ static PetscErrorCode CompareTypes(PetscInt nx, PetscInt nz)
   PetscCall(MatCreateSlipDippingStiffness(PETSC_COMM_WORLD, &grid, "fft", &fft[0], &fft[1]));
   PetscCall(MatCreateVecs(fft[0], &u, NULL));
   for (PetscInt i = 0; i < nx * nz; i++) PetscCall(VecSetValue(u, i, PetscSinReal((PetscReal)(i * i)), INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(u));
-  PetscCall(VecAssemblyEnd(u));
+  PetscCall(VecAssemble(u));
   for (int t = 0; t < 2; t++) {
     PetscCall(MatCreateVecs(fft[t], &y[t], &both[t]));
     PetscCall(VecDuplicate(u, &expected[t]));
@@ -52,11 +51,7 @@ static PetscErrorCode CompareTypes(PetscInt nx, PetscInt nz)
   }
   PetscCall(VecDestroy(&u));
   for (int t = 0; t < 2; t++) {
-    PetscCall(VecDestroy(&y[t]));
-    PetscCall(VecDestroy(&both[t]));
-    PetscCall(VecDestroy(&expected[t]));
-    PetscCall(MatDestroy(&dense[t]));
-    PetscCall(MatDestroy(&fft[t]));
+    PetscCall(DestroyObjects(&y[t], &both[t], &expected[t], &dense[t], &fft[t]));
   }
   return PETSC_SUCCESS;
 }

@@ -19,12 +19,10 @@ static PetscErrorCode Whole(Vec x, PetscReal **a)
   PetscCall(VecScatterEnd(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGetSize(all, &n));
   PetscCall(PetscMalloc1(n, a));
-  PetscCall(VecGetArrayRead(all, &p));
+  p = VecRead(all);
   PetscCall(PetscArraycpy(*a, p, n));
-  PetscCall(VecRestoreArrayRead(all, &p));
   PetscCall(VecScatterDestroy(&scatter));
-  PetscCall(VecDestroy(&all));
-  return PETSC_SUCCESS;
+  return VecDestroy(&all);
 }
 
 /* Solves, checks and gives the whole x; cell fixed has x = (0.1, -0.2). The worst cell is one of the stage. */
@@ -41,11 +39,9 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
 
   PetscCall(VectorsCreate(comm, s, &p));
   p.fixed = fixed;
-  PetscCall(VecDuplicate(p.l.load, &v));
-  PetscCall(VecDuplicate(p.l.load, &r));
+  PetscCall(DuplicateVecs(p.l.load, &v, &r));
   for (PetscInt i = 0; i < 2 * s->n; i++) PetscCall(VecSetValue(v, i, start[i % 2], INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(v));
-  PetscCall(VecAssemblyEnd(v));
+  PetscCall(VecAssemble(v));
   PetscCall(VectorsCreateSolver(&p, type, direct, &snes));
   PetscCall(VectorsSolve(&p, snes, v, r, &reason));
   PetscCall(SNESSlipGetWorstCell(snes, &worst, NULL));
@@ -59,11 +55,8 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
   PetscCall(Whole(v, x));
   PetscCheck(fixed < 0 || ((*x)[2 * fixed] == start[0] && (*x)[2 * fixed + 1] == start[1]), comm, PETSC_ERR_USER,
              "the prescribed cell moves");
-  PetscCall(SNESDestroy(&snes));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&r));
-  PetscCall(VectorsDestroy(&p));
-  return PETSC_SUCCESS;
+  PetscCall(DestroyObjects(&snes, &v, &r));
+  return VectorsDestroy(&p);
 }
 
 /* 1e-8: each solution is within the residual tolerance of 1e-10 times a condition number of about 100; projection,
@@ -144,10 +137,9 @@ static PetscErrorCode TestJacobian(void)
     sliding += m[j] != 0;
     PetscCall(VecZeroEntries(e));
     PetscCall(VecSetValue(e, j, 1, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(e));
-    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecAssemble(e));
     PetscCall(MatMult(J, e, y));
-    PetscCall(VecGetArrayRead(y, &a));
+    a = VecRead(y);
     for (PetscInt i = first; i < last; i++) {
       PetscReal expected = m[i] * m[j] * s.B[i * N + j];
 
@@ -157,17 +149,14 @@ static PetscErrorCode TestJacobian(void)
                  PETSC_ERR_USER, "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g", i, j,
                  (double)a[i - first], (double)expected);
     }
-    PetscCall(VecRestoreArrayRead(y, &a));
     PetscCall(VecSetValue(e, j, m[j] != 0 ? diagonal[j] + d[j] : 1, INSERT_VALUES));
     if (m[j] != 0) PetscCall(VecSetValue(e, other, c[j / 2], INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(e));
-    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecAssemble(e));
     PetscCall(PCApply(pc, e, y));
-    PetscCall(VecGetArrayRead(y, &a));
+    a = VecRead(y);
     for (PetscInt i = first; i < last; i++)
       PetscCheck(PetscAbsReal(a[i - first] - (i == j)) <= 1e-11, PETSC_COMM_SELF, PETSC_ERR_USER,
                  "P J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g", i, j, (double)a[i - first]);
-    PetscCall(VecRestoreArrayRead(y, &a));
   }
   PetscCheck(sliding > 4 && sliding < N, PETSC_COMM_WORLD, PETSC_ERR_USER, "%" PetscInt_FMT " components slide",
              sliding);
@@ -175,15 +164,9 @@ static PetscErrorCode TestJacobian(void)
   PetscCall(PetscFree(d));
   PetscCall(PetscFree(c));
   PetscCall(PetscFree(diagonal));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&r));
-  PetscCall(VecDestroy(&e));
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&diag));
-  PetscCall(SNESDestroy(&snes));
+  PetscCall(DestroyObjects(&x, &r, &e, &y, &diag, &snes));
   PetscCall(VectorsDestroy(&p));
-  PetscCall(VectorsFreeNumbers(&s));
-  return PETSC_SUCCESS;
+  return VectorsFreeNumbers(&s);
 }
 
 /* Pairs of cells, on different ranks where there are several, whose motion swings and fades, or swings and grows, while
@@ -218,16 +201,13 @@ static PetscErrorCode TestSwingingPairs(void)
       s.load[i] = 1 + 0.01 * t[k][side] * (2 - w[k][side] + (side ? -2 : 2));
     }
     PetscCall(VectorsCreate(PETSC_COMM_WORLD, &s, &p));
-    PetscCall(VecDuplicate(p.l.load, &x));
-    PetscCall(VecDuplicate(p.l.load, &r));
+    PetscCall(DuplicateVecs(p.l.load, &x, &r));
     PetscCall(VecSet(x, 0.01));
     PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_TRUE, &snes));
     PetscCall(VectorsSolve(&p, snes, x, r, &reason));
     PetscCheck(k ? reason == SNES_DIVERGED_LINEAR_SOLVE : reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER,
                "pairs that %s: %s", k ? "grow" : "fade", SNESConvergedReasons[reason]);
-    PetscCall(SNESDestroy(&snes));
-    PetscCall(VecDestroy(&x));
-    PetscCall(VecDestroy(&r));
+    PetscCall(DestroyObjects(&snes, &x, &r));
     PetscCall(VectorsDestroy(&p));
     PetscCall(VectorsFreeNumbers(&s));
   }
@@ -239,8 +219,7 @@ static PetscErrorCode Run(void)
   PetscCall(SlipStepInitializePackage());
   PetscCall(TestSolutions());
   PetscCall(TestJacobian());
-  PetscCall(TestSwingingPairs());
-  return PETSC_SUCCESS;
+  return TestSwingingPairs();
 }
 
 SLIP_RANKS(Run)

@@ -24,8 +24,8 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
   Vec w;
 
   PetscCall(SlipFaultCreate(comm, &fault));
-  PetscCall(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", 2e-3}, {"output_interval", 40}));
   PetscCall(SlipFaultSetString(fault, "output", output));
+  PetscCall(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", 2e-3}, {"output_interval", 40}));
   PetscCall(FaultStart(fault, TSADAPTNONE, 0.1, 15, &w, &ts));
   PetscCall(TSBatheSetMethod(ts, method));
   PetscCall(SlipFaultOutputStart(fault, ts));
@@ -38,9 +38,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
   PetscCheck(row >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
   PetscCall((*problem->observe)(ts, 15, 1, &row, &out->energy, ctx));
   PetscCall(VecNorm(w, NORM_2, &out->norm));
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&w, &ts);
 }
 
 /* Sums in another order differ by rounding, which the steps of a run amplify: 1e-9. */
@@ -84,8 +82,7 @@ static PetscErrorCode CheckFile(const char file[], TSBatheMethod method, const O
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadAttrReal(&h, "/result", "mean_slip", &slip));
   PetscCall(Same("/result mean_slip", slip, out->obs.mean_slip));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* method: of all steps */
@@ -123,8 +120,7 @@ static PetscErrorCode TestMethod(TSBatheMethod method)
 static PetscErrorCode Test(void)
 {
   PetscCall(TestMethod(TSBATHE_METHOD_IMPLICIT));
-  PetscCall(TestMethod(TSBATHE_METHOD_EXPLICIT));
-  return PETSC_SUCCESS;
+  return TestMethod(TSBATHE_METHOD_EXPLICIT);
 }
 
 SLIP_RANKS(Test)

@@ -33,17 +33,15 @@ static PetscErrorCode Create(MPI_Comm comm, const Problem *p, const char medium[
     rate[i] = 1e-6 * (1 + 0.5 * i);
   }
   PetscCall(SlipFaultCreate(comm, fault));
+  PetscCall(FaultSetStrings(*fault, {"medium", medium}, {"viscosity", "radiation"}));
   PetscCall(FaultSetReals(*fault, {"nx", N}, {"nz", 1}, {"length_x", 2000}, {"length_z", 500}, {"normal_stress", 1e7},
                           {"normal_stress_gradient", 0}));
-  PetscCall(SlipFaultSetString(*fault, "medium", medium));
-  PetscCall(SlipFaultSetString(*fault, "viscosity", "radiation"));
   if (p->smooth) {
     PetscCall(SlipFaultSetString(*fault, "friction_law", "rate_and_state"));
     PetscCall(FaultSetReals(*fault, {"friction_slip", 0.02}));
     PetscCall(SlipFaultSetField(*fault, "initial_rate", N, rate));
   } else {
-    PetscCall(SlipFaultSetString(*fault, "friction_law", "constant"));
-    PetscCall(SlipFaultSetString(*fault, "initial", "traction"));
+    PetscCall(FaultSetStrings(*fault, {"friction_law", "constant"}, {"initial", "traction"}));
     PetscCall(SlipFaultSetBool(*fault, "inertia", PETSC_TRUE));
     PetscCall(SlipFaultSetBool(*fault, "initial_unstable", PETSC_TRUE));
     PetscCall(SlipFaultSetField(*fault, "initial_traction", N, traction));
@@ -99,20 +97,17 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
   for (int j = 0; j < N; j++) {
     PetscCall(VecZeroEntries(e));
     PetscCall(VecSetValue(e, j, 1, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(e));
-    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecAssemble(e));
     PetscCall(MatMult(K, e, Ke));
-    PetscCall(VecGetArrayRead(Ke, &a));
+    a = VecRead(Ke);
     for (int i = 0; i < N; i++) s.K[i][j] = a[i];
-    PetscCall(VecRestoreArrayRead(Ke, &a));
   }
   PetscCall(SlipFaultGetField(fault, "initial_traction", N, s.T));
   PetscCall(SlipFaultGetFriction(fault, 0, &s.friction));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultSetInitialState(fault, w));
-  PetscCall(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   for (int i = 0; i < N; i++) x[i] = a[3 * i + (p->smooth ? 2 : 0)];
-  PetscCall(VecRestoreArrayRead(w, &a));
   s.eta = 0.5 * sqrt(30e9 * 2500);
   for (int n = 0; n < FINE; n++) {
     Rates(&s, x, f[0]);
@@ -125,11 +120,7 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
     for (int i = 0; i < 3 * N; i++) x[i] += h / 6 * (f[0][i] + 2 * f[1][i] + 2 * f[2][i] + f[3][i]);
   }
   for (int i = 0; i < N; i++) u[i] = x[N + i];
-  PetscCall(VecDestroy(&e));
-  PetscCall(VecDestroy(&Ke));
-  PetscCall(VecDestroy(&w));
-  PetscCall(SlipFaultDestroy(&fault));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&e, &Ke, &w, &fault);
 }
 
 /* ---- runs ---- */
@@ -238,15 +229,10 @@ static PetscErrorCode Run(const Problem *p, const char medium[], const How *how,
   PetscCall(VecScatterCreateToAll(w, &gather, &all));
   PetscCall(VecScatterBegin(gather, w, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(gather, w, all, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(all, &a));
+  a = VecRead(all);
   for (int i = 0; i < N; i++) u[i] = a[3 * i + 1];
-  PetscCall(VecRestoreArrayRead(all, &a));
   PetscCall(VecScatterDestroy(&gather));
-  PetscCall(VecDestroy(&all));
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(SlipFaultDestroy(&fault));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&all, &w, &ts, &fault);
 }
 
 /* Largest difference over the largest slip */
@@ -370,19 +356,14 @@ static PetscErrorCode Quiet(const char medium[], PetscInt *solves)
   Vec w;
 
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(FaultSetStrings(fault, {"initial", "rest"}, {"viscosity", "radiation"}, {"medium", medium}));
   PetscCall(FaultSetReals(fault, {"nx", N}, {"nz", 1}, {"loading_rate", 1e-9}));
-  PetscCall(SlipFaultSetString(fault, "initial", "rest"));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "radiation"));
-  PetscCall(SlipFaultSetString(fault, "medium", medium));
   PetscCall(FaultStart(fault, TSADAPTNONE, 1e3, 1e5, &w, &ts));
   PetscCall(TSSetMaxSteps(ts, 1));
   PetscCall(TSSolve(ts, w));
   PetscCall(TSBatheGetLastAttempt(ts, &last));
   *solves = last.solves;
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(SlipFaultDestroy(&fault));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&w, &ts, &fault);
 }
 
 /* The springs' k adds to the stiffness, so omega^2 to that of static: k/M more, each to 1 % from above */
@@ -433,8 +414,7 @@ static PetscErrorCode Test(void)
   PetscCall(Order(&Smooth, (How){.type = TSADAMS, .adapt = TSADAPTNONE}, exact));
   PetscCall(Order(&Smooth, (How){.type = TSRK, .adapt = TSADAPTNONE}, exact));
   PetscCall(Adaptive(&Smooth, (How){.type = TSADAMS, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
-  PetscCall(Adaptive(&Smooth, (How){.type = TSRK, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
-  return PETSC_SUCCESS;
+  return Adaptive(&Smooth, (How){.type = TSRK, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact);
 }
 
 SLIP_RANKS(Test)

@@ -1,5 +1,6 @@
 /* Cells over ranks: compact shares of equal cost, and operators that do not depend on them. Exit code 0: good. */
 #include "ranks.h"
+#include "faultstart.h"
 #include "cells.h"
 #include <slipelastic.h>
 #include <slipstep/private/slipfault.h>
@@ -58,8 +59,7 @@ static PetscErrorCode CheckShares(const SlipCells *c)
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d shared sides, at most %g\n", (int)k, (double)limit));
   PetscCheck(k <= limit, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the shares are not compact");
   PetscCall(PetscFree(counts));
-  PetscCall(PetscFree(owner));
-  return PETSC_SUCCESS;
+  return PetscFree(owner);
 }
 
 static PetscReal Value(PetscInt cell)
@@ -88,9 +88,7 @@ static PetscErrorCode Product(Mat A, PC pc, const PetscInt order[], PetscReal al
   for (PetscInt i = start; i < end; i++) all[order ? order[i] : i] = a[i - start];
   PetscCall(VecRestoreArray(y, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&x, &y);
 }
 
 enum { STIFFNESS, VISCOSITY, STAGE, INVERSE, NUM };
@@ -104,8 +102,7 @@ static PetscErrorCode Frequency(Mat K, const PetscInt order[], PetscReal *omega)
   PetscCall(SlipElasticSetStiffness(el, K, NULL));
   PetscCall(SlipElasticSetUp(el, &rock));
   PetscCall(SlipElasticGetFrequency(el, omega));
-  PetscCall(SlipElasticDestroy(&el));
-  return PETSC_SUCCESS;
+  return SlipElasticDestroy(&el);
 }
 
 static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal result[NUM][N], PetscReal *omega)
@@ -129,10 +126,7 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
   PetscCall(Product(B, NULL, c->order, result[STAGE]));
   PetscCall(Product(B, pc, c->order, result[INVERSE]));
   PetscCall(PCDestroy(&pc));
-  PetscCall(MatDestroy(&B));
-  PetscCall(MatDestroy(&H));
-  PetscCall(MatDestroy(&K));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&B, &H, &K);
 }
 
 /* Blocks do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its convergence, so
@@ -167,8 +161,7 @@ static PetscErrorCode Run(void)
   /* From the same start, so that only rounding differs: some 1e-15 in each of 20 products */
   PetscCheck(PetscAbsReal(omega[1] - omega[0]) <= 1e-11 * omega[0], PETSC_COMM_WORLD, PETSC_ERR_PLIB,
              "largest frequency %.15g rad/s, on one rank %.15g rad/s", (double)omega[1], (double)omega[0]);
-  PetscCall(PetscFree(order));
-  return PETSC_SUCCESS;
+  return PetscFree(order);
 }
 
 /* The worst cell of a solve is called by its row of the mesh's file. One cell is thrown at 1 km/s at the start of a
@@ -185,8 +178,7 @@ static PetscErrorCode WorstCell(SlipFault fault)
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
   PetscCall(SNESSetSlipConstraint(snes, fault->stage.con));
   PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(VecDuplicate(fault->critical.uc, &x));
-  PetscCall(VecDuplicate(fault->critical.uc, &r));
+  PetscCall(DuplicateVecs(fault->critical.uc, &x, &r));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     const SlipStage stage = {.theta = 1e-2, .omega = 1, .base = w};
     PetscInt found;
@@ -196,18 +188,13 @@ static PetscErrorCode WorstCell(SlipFault fault)
     for (PetscInt i = fault->mesh.start; i < fault->mesh.start + fault->mesh.n; i++)
       if ((fault->mesh.order ? fault->mesh.order[i] : i) == rows[k])
         PetscCall(VecSetValue(w, 3 * i, 1e3, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(w));
-    PetscCall(VecAssemblyEnd(w));
+    PetscCall(VecAssemble(w));
     PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
     PetscCall(SNESSlipGetWorstCell(snes, &found, NULL));
     PetscCheck(found == rows[k], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the worst cell is %d, expected that of row %d",
                (int)found, (int)rows[k]);
   }
-  PetscCall(VecDestroy(&r));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&w));
-  PetscCall(SNESDestroy(&snes));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&r, &x, &w, &snes);
 }
 
 /* A field is given by the rows of the mesh's file, and every process takes those of its own cells. */
@@ -226,9 +213,7 @@ static PetscErrorCode GiveField(void)
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   for (PetscInt k = 0; k < N; k++) stress[k] = 1e7 + k;
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
-  PetscCall(SlipFaultSetString(fault, "mesh", file));
-  PetscCall(SlipFaultSetString(fault, "operator", "hmat"));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "none"));
+  PetscCall(FaultSetStrings(fault, {"mesh", file}, {"operator", "hmat"}, {"viscosity", "none"}));
   PetscCall(SlipFaultSetReal(fault, "thickness", 2000));
   PetscCall(SlipFaultSetField(fault, "normal_stress", N, stress));
   PetscCall(SlipFaultSetUp(fault));
@@ -248,8 +233,7 @@ static PetscErrorCode GiveField(void)
 static PetscErrorCode Test(void)
 {
   PetscCall(Run());
-  PetscCall(GiveField());
-  return PETSC_SUCCESS;
+  return GiveField();
 }
 
 SLIP_RANKS(Test)

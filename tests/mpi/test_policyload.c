@@ -13,8 +13,7 @@ static PetscErrorCode Make(const char file[])
   PetscCall(SlipPolicyAddLayer(p, 1, 1, &w, &b, SLIP_ACTIVATION_TANH));
   PetscCall(SlipPolicySetAction(p, -1, 1, 0.1, "s", 6, "s", PETSC_FALSE));
   PetscCall(SlipPolicyStore(p, file));
-  PetscCall(SlipPolicyDestroy(&p));
-  return PETSC_SUCCESS;
+  return SlipPolicyDestroy(&p);
 }
 
 static PetscErrorCode CheckSame(const char file[])
@@ -36,8 +35,7 @@ static PetscErrorCode CheckSame(const char file[])
   PetscCall(PetscStrncpy(hash0, hash, sizeof(hash0)));
   PetscCallMPI(MPI_Bcast(hash0, (PetscMPIInt)sizeof(hash0), MPI_CHAR, 0, PETSC_COMM_WORLD));
   PetscCheck(!strcmp(hash, hash0), PETSC_COMM_SELF, PETSC_ERR_PLIB, "ranks disagree on the hash");
-  PetscCall(SlipPolicyDestroy(&p));
-  return PETSC_SUCCESS;
+  return SlipPolicyDestroy(&p);
 }
 
 /* Every rank returns the same code; a hang would end in the test's time limit. */
@@ -56,8 +54,7 @@ static PetscErrorCode CheckError(void)
   PetscCheck(code == PETSC_ERR_FILE_OPEN && codes[0] == code && codes[1] == -code, PETSC_COMM_SELF, PETSC_ERR_PLIB,
              "a missing file gives error %d here, from %d to %d over the ranks; expected %d", code, -codes[1], codes[0],
              PETSC_ERR_FILE_OPEN);
-  PetscCall(SlipPolicyDestroy(&p));
-  return PETSC_SUCCESS;
+  return SlipPolicyDestroy(&p);
 }
 
 static PetscErrorCode Run(void)

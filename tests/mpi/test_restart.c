@@ -30,8 +30,7 @@ static PetscErrorCode WriteFiles(const Files *files, const Fields *fields)
   PetscCall(SlipH5Create(files->record, &h));
   PetscCall(SlipH5WriteReal(&h, "/time", 1, &rows, times, "s"));
   PetscCall(SlipH5WriteReal(&h, "/pressure", 2, dims, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* Some steps from the start to a checkpoint, or from it; *code: of the error of a checkpoint that is refused */
@@ -44,12 +43,9 @@ static PetscErrorCode Run(MPI_Comm comm, const Files *files, PetscBool restart, 
   Vec w;
 
   PetscCall(SlipFaultCreate(comm, &fault));
-  PetscCall(SlipFaultSetString(fault, "mesh", files->mesh));
-  PetscCall(SlipFaultSetString(fault, "pore_pressure", files->record));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "radiation"));
-  PetscCall(SlipFaultSetString(fault, "initial", "rest"));
+  PetscCall(FaultSetStrings(fault, {"mesh", files->mesh}, {"pore_pressure", files->record}, {"viscosity", "radiation"},
+                            {"initial", "rest"}, {restart ? "restart" : "checkpoint", files->state}));
   PetscCall(SlipFaultSetReal(fault, "loading_rate", 1e-3));
-  PetscCall(SlipFaultSetString(fault, restart ? "restart" : "checkpoint", files->state));
   PetscCall(SlipFaultSetField(fault, "friction_drop", N, fields->drop));
   PetscCall(FaultStart(fault, TSADAPTNONE, 0.1, restart ? 2 : 1, &w, &ts));
   PetscCall(TSSetSolution(ts, w));
@@ -60,10 +56,7 @@ static PetscErrorCode Run(MPI_Comm comm, const Files *files, PetscBool restart, 
     PetscCall(TSSolve(ts, w));
     PetscCall(SlipFaultCheckpointFinish(fault, ts, &ended));
   }
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(SlipFaultDestroy(&fault));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&w, &ts, &fault);
 }
 
 static PetscErrorCode Expect(MPI_Comm comm, const Files *files, const char what[], const Fields *fields,

@@ -19,13 +19,12 @@ static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], con
   PetscCall(MatCreateVecs(J, &e, &y));
   PetscCall(VecDuplicate(y, &d));
   PetscCall(VecSetValue(e, j, 1.0, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(e));
-  PetscCall(VecAssemblyEnd(e));
+  PetscCall(VecAssemble(e));
   PetscCall(MatMult(J, e, y));
   PetscCall(MatGetDiagonal(J, d));
   PetscCall(VecGetOwnershipRange(y, &first, &last));
-  PetscCall(VecGetArrayRead(y, &a));
-  PetscCall(VecGetArrayRead(d, &b));
+  a = VecRead(y);
+  b = VecRead(d);
   for (PetscInt i = first; i < last; i++) {
     PetscReal expected = mask[i] * entry(i, j, blocks) * mask[j];
 
@@ -36,12 +35,7 @@ static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], con
     PetscCheck(i != j || PetscAbsReal(b[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
                "diagonal %" PetscInt_FMT " is %g", i, (double)b[i - first]);
   }
-  PetscCall(VecRestoreArrayRead(d, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscCall(VecDestroy(&e));
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&d));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&e, &y, &d);
 }
 
 static PetscErrorCode Run(void)
@@ -54,8 +48,7 @@ static PetscErrorCode Run(void)
 
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, entry, 1.0, 0.0, &p));
-  PetscCall(VecDuplicate(p.bound, &mask));
-  PetscCall(VecDuplicate(p.bound, &slope));
+  PetscCall(DuplicateVecs(p.bound, &mask, &slope));
   for (PetscInt i = 0; i < blocks; i++) {
     PetscInt first, last;
 
@@ -66,10 +59,8 @@ static PetscErrorCode Run(void)
     PetscCall(VecSetValue(mask, i, ms[i], INSERT_VALUES));
     PetscCall(VecSetValue(slope, i, ss[i], INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(mask));
-  PetscCall(VecAssemblyEnd(mask));
-  PetscCall(VecAssemblyBegin(slope));
-  PetscCall(VecAssemblyEnd(slope));
+  PetscCall(VecAssemble(mask));
+  PetscCall(VecAssemble(slope));
   PetscCall(MatCreateSlipJacobian(p.K, &J));
   PetscCall(MatSlipJacobianSetParts(J, p.K, mask, slope));
   PetscCall(PetscObjectTypeCompare((PetscObject)J, MATSLIPJACOBIAN, &same));
@@ -79,11 +70,8 @@ static PetscErrorCode Run(void)
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipSlope", (PetscObject *)&s));
   PetscCheck(B == p.K && m == mask && s == slope, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
   for (PetscInt j = 0; j < blocks; j++) PetscCall(CheckColumn(J, j, ms, ss));
-  PetscCall(MatDestroy(&J));
-  PetscCall(VecDestroy(&mask));
-  PetscCall(VecDestroy(&slope));
-  PetscCall(SlidersDestroy(&p));
-  return PETSC_SUCCESS;
+  PetscCall(DestroyObjects(&J, &mask, &slope));
+  return SlidersDestroy(&p);
 }
 
 SLIP_RANKS(Run)

@@ -29,12 +29,9 @@ static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
     PetscCall(VecSetValue(p->load, i, 2.5 * PetscExpReal(-0.05 * PetscSqr(i - 9.3)) * (i % 7 == 5 ? -1.0 : 1.0),
                           INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(p->bound));
-  PetscCall(VecAssemblyEnd(p->bound));
-  PetscCall(VecAssemblyBegin(p->load));
-  PetscCall(VecAssemblyEnd(p->load));
-  PetscCall(SlidersCreateState(p, w));
-  return PETSC_SUCCESS;
+  PetscCall(VecAssemble(p->bound));
+  PetscCall(VecAssemble(p->load));
+  return SlidersCreateState(p, w);
 }
 
 /* One stage from rest */
@@ -56,8 +53,7 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   PetscCall(SNESGetIterationNumber(snes, its));
   PetscCheck(*reason < 0 || norm <= 1e-10, PETSC_COMM_WORLD, PETSC_ERR_USER, "converged with residual %g",
              (double)norm);
-  PetscCall(SNESDestroy(&snes));
-  return PETSC_SUCCESS;
+  return SNESDestroy(&snes);
 }
 
 /* |r| <= q, r = -q sign(x) where x != 0, and G(x) = omega r to the solver's tolerance of 1e-10 times the loads (about
@@ -68,16 +64,15 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
   const PetscScalar *xx, *rr, *qq, *gg;
   PetscInt n, first;
 
-  PetscCall(VecDuplicate(x, &q));
-  PetscCall(VecDuplicate(x, &g));
+  PetscCall(DuplicateVecs(x, &q, &g));
   PetscCall(SlidersBound(p->con, x, q, NULL, p));
   PetscCall(LinearResidual(p->con, x, g, p));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(r, &rr));
-  PetscCall(VecGetArrayRead(q, &qq));
-  PetscCall(VecGetArrayRead(g, &gg));
+  xx = VecRead(x);
+  rr = VecRead(r);
+  qq = VecRead(q);
+  gg = VecRead(g);
   for (PetscInt i = 0; i < n; i++) {
     PetscCheck(PetscAbsReal(rr[i]) <= qq[i] * (1.0 + 1e-12), PETSC_COMM_SELF, PETSC_ERR_USER,
                "|r| > q in %" PetscInt_FMT, first + i);
@@ -87,13 +82,7 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
                (double)(gg[i] - rr[i]), first + i);
     PetscCheck(first + i != 3 || xx[i] != 0.0, PETSC_COMM_SELF, PETSC_ERR_USER, "the unconstrained row sticks");
   }
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(VecRestoreArrayRead(r, &rr));
-  PetscCall(VecRestoreArrayRead(q, &qq));
-  PetscCall(VecRestoreArrayRead(g, &gg));
-  PetscCall(VecDestroy(&q));
-  PetscCall(VecDestroy(&g));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&q, &g);
 }
 
 static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
@@ -106,8 +95,7 @@ static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
   PetscCall(VecNorm(e, NORM_INFINITY, d));
   PetscCall(VecNorm(a, NORM_INFINITY, &norm));
   *d /= norm;
-  PetscCall(VecDestroy(&e));
-  return PETSC_SUCCESS;
+  return VecDestroy(&e);
 }
 
 /* The same problem on this rank alone gives the reference for any rank count */
@@ -119,11 +107,9 @@ static PetscErrorCode Fingerprint(Vec x, PetscReal *sum)
 
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
-  PetscCall(VecGetArrayRead(x, &xx));
+  xx = VecRead(x);
   for (PetscInt i = 0; i < n; i++) mine += xx[i] * (1.0 + PetscSinReal((PetscReal)(first + i)));
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
-  return PETSC_SUCCESS;
+  return MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x));
 }
 
 /* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number
@@ -132,14 +118,12 @@ static PetscErrorCode TestTypesAgree(void)
 {
   Sliders p;
   Vec w, x, y, r;
-  PetscReal d, sum;
+  PetscReal d, sum = 0;
   PetscInt its;
   SNESConvergedReason reason;
 
   PetscCall(Chain(PETSC_COMM_WORLD, &p, &w));
-  PetscCall(VecDuplicate(p.bound, &x));
-  PetscCall(VecDuplicate(p.bound, &y));
-  PetscCall(VecDuplicate(p.bound, &r));
+  PetscCall(DuplicateVecs(p.bound, &x, &y, &r));
   for (PetscReal theta = 0.01; theta < 1.0; theta *= 4.0) {
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, "350", theta, x, r, &reason, &its));
     PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "direct: %s after %" PetscInt_FMT,
@@ -162,12 +146,8 @@ static PetscErrorCode TestTypesAgree(void)
     PetscCall(Distance(x, y, &d));
     PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection differs from direct by %g", (double)d);
   }
-  PetscCall(VecDestroy(&w));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&r));
-  PetscCall(SlidersDestroy(&p));
-  return PETSC_SUCCESS;
+  PetscCall(DestroyObjects(&w, &x, &y, &r));
+  return SlidersDestroy(&p);
 }
 
 /* A stiff chain without anchor: the projection gives up at its 200 iterations, semismooth Newton does not notice */
@@ -186,8 +166,7 @@ static PetscErrorCode TestProjectionGivesUp(void)
   PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, stiff, 1.0, 0.0, &p));
   PetscCall(VecSet(p.load, 1.05));
   PetscCall(SlidersCreateState(&p, &w));
-  PetscCall(VecDuplicate(p.bound, &x));
-  PetscCall(VecDuplicate(p.bound, &r));
+  PetscCall(DuplicateVecs(p.bound, &x, &r));
   PetscCall(Solve(&p, w, SNESPROJECTION, "350", 30.0, x, r, &reason, &its));
   PetscCheck(reason == SNES_DIVERGED_MAX_IT && its == 200, PETSC_COMM_WORLD, PETSC_ERR_USER,
              "projection: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
@@ -196,11 +175,8 @@ static PetscErrorCode TestProjectionGivesUp(void)
     PetscCheck(reason > 0 && its <= 5, PETSC_COMM_WORLD, PETSC_ERR_USER, "semismooth: %s after %" PetscInt_FMT,
                SNESConvergedReasons[reason], its);
   }
-  PetscCall(VecDestroy(&w));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&r));
-  PetscCall(SlidersDestroy(&p));
-  return PETSC_SUCCESS;
+  PetscCall(DestroyObjects(&w, &x, &r));
+  return SlidersDestroy(&p);
 }
 
 /* A whole run of TSBATHE, on all ranks and on this one alone, directly and by Krylov; 1e-9 is what the library
@@ -210,7 +186,7 @@ static PetscErrorCode TestRanksAgree(void)
   const MPI_Comm comm[] = {PETSC_COMM_SELF, PETSC_COMM_WORLD, PETSC_COMM_WORLD};
   Sliders p;
   Vec w;
-  PetscReal sum[3];
+  PetscReal sum[3] = {0};
 
   for (int k = 0; k < 3; k++) {
     PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", k == 2 ? "0" : "350"));
@@ -222,9 +198,8 @@ static PetscErrorCode TestRanksAgree(void)
     PetscCheck(PetscAbsReal(sum[k] - sum[0]) < 1e-9 * PetscAbsReal(sum[0]), PETSC_COMM_WORLD, PETSC_ERR_USER,
                "the run ends at %.15e instead of %.15e", (double)sum[k], (double)sum[0]);
   }
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
-                        (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0)));
-  return PETSC_SUCCESS;
+  return PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
+                     (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0));
 }
 
 /* What is no number on the last rank is so on all of them. */
@@ -242,8 +217,7 @@ static PetscErrorCode TestLargest(void)
     x[1] = bad && rank == size - 1 ? (PetscReal)NAN : 0.5;
     PetscCall(VecSetValue(v, 2 * rank, x[0], INSERT_VALUES));
     PetscCall(VecSetValue(v, 2 * rank + 1, x[1], INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(v));
-    PetscCall(VecAssemblyEnd(v));
+    PetscCall(VecAssemble(v));
     PetscCall(SlipVecLargest(v, &norm));
     PetscCall(SlipAllreduceLargest(PETSC_COMM_WORLD, 2, x));
     PetscCheck(x[0] == -1 && (bad ? PetscIsNanReal(x[1]) : x[1] == 0.5), PETSC_COMM_SELF, PETSC_ERR_USER,
@@ -251,8 +225,7 @@ static PetscErrorCode TestLargest(void)
     PetscCheck(bad ? PetscIsNanReal(norm) : norm == (PetscReal)size, PETSC_COMM_SELF, PETSC_ERR_USER, "the norm is %g",
                (double)norm);
   }
-  PetscCall(VecDestroy(&v));
-  return PETSC_SUCCESS;
+  return VecDestroy(&v);
 }
 
 static PetscErrorCode Run(void)
@@ -261,8 +234,7 @@ static PetscErrorCode Run(void)
   PetscCall(TestLargest());
   PetscCall(TestTypesAgree());
   PetscCall(TestProjectionGivesUp());
-  PetscCall(TestRanksAgree());
-  return PETSC_SUCCESS;
+  return TestRanksAgree();
 }
 
 SLIP_RANKS(Run)

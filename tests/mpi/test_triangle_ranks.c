@@ -19,17 +19,13 @@ static PetscErrorCode Product(Mat A, const SlipCells *c, int uniform, PetscReal 
 
     PetscCall(VecSetValue(u, i, uniform ? 1 : PetscSinReal((PetscReal)(e * e)), INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(u));
-  PetscCall(VecAssemblyEnd(u));
+  PetscCall(VecAssemble(u));
   PetscCall(MatMult(A, u, y));
   PetscCall(PetscArrayzero(product, T));
-  PetscCall(VecGetArrayRead(y, &p));
+  p = VecRead(y);
   for (PetscInt i = start; i < end; i++) product[c->order ? c->order[i] : i] = PetscRealPart(p[i - start]);
-  PetscCall(VecRestoreArrayRead(y, &p));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, product, T, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&y));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&u, &y);
 }
 
 /* To 1e-9: what is summed in another order rounds to 1e-13, and nothing else may differ. */
@@ -54,9 +50,7 @@ static PetscErrorCode Compare(PetscErrorCode (*create)(MPI_Comm, const SlipCells
                  "%s: row %" PetscInt_FMT " is %.15g, expected %.15g", type, i, (double)many[i], (double)one[i]);
   }
   PetscCall(PetscFree(order));
-  PetscCall(MatDestroy(&A));
-  PetscCall(MatDestroy(&B));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&A, &B);
 }
 
 static PetscErrorCode Run(void)

@@ -25,20 +25,16 @@ static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int sli
     PetscCall(
       VecSetValue(u, i, slip == 2 ? PetscSinReal((PetscReal)(number * number)) : number % 2 == slip, INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(u));
-  PetscCall(VecAssemblyEnd(u));
+  PetscCall(VecAssemble(u));
   PetscCall(MatMult(A, u, y));
   PetscCall(PetscArrayzero(product, rows * n));
   PetscCall(VecGetOwnershipRange(y, &start, &end));
-  PetscCall(VecGetArrayRead(y, &p));
+  p = VecRead(y);
   for (PetscInt i = start; i < end; i++)
     product[rows * (order ? order[i / rows] : i / rows) + i % rows] = PetscRealPart(p[i - start]);
-  PetscCall(VecRestoreArrayRead(y, &p));
   PetscCallMPI(
     MPI_Allreduce(MPI_IN_PLACE, product, (int)(rows * n), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&y));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&u, &y);
 }
 
 /* To 1e-9: what is summed in another order rounds to 1e-13, and nothing else may differ. */
@@ -92,11 +88,9 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
   PetscCall(Compare(S[0], S[1], order, n, type));
   PetscCall(Compare(Kn[0], Kn[1], order, n, type));
   for (int k = 0; k < 2; k++) {
-    PetscCall(MatDestroy(&S[k]));
-    PetscCall(MatDestroy(&Kn[k]));
+    PetscCall(DestroyObjects(&S[k], &Kn[k]));
   }
-  PetscCall(PetscFree(order));
-  return PETSC_SUCCESS;
+  return PetscFree(order);
 }
 
 /* An odd number of cells, so that shares of rows are not shares of cells; with the root and the stage operator, which
@@ -120,10 +114,7 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
   }
   PetscCall(Compare(B[0], B[1], NULL, n, type));
   for (int k = 0; k < 2; k++) {
-    PetscCall(MatDestroy(&B[k]));
-    PetscCall(MatDestroy(&H[k]));
-    PetscCall(MatDestroy(&S[k]));
-    PetscCall(MatDestroy(&Kn[k]));
+    PetscCall(DestroyObjects(&B[k], &H[k], &S[k], &Kn[k]));
   }
   return PETSC_SUCCESS;
 }
@@ -142,8 +133,7 @@ static PetscErrorCode Run(void)
     }
   PetscCall(OfGrid(&rectangles.kernel, "dense"));
   PetscCall(OfGrid(&rectangles.kernel, "hmat"));
-  PetscCall(OfGrid(&rectangles.kernel, "fft"));
-  return PETSC_SUCCESS;
+  return OfGrid(&rectangles.kernel, "fft");
 }
 
 SLIP_RANKS(Run)

@@ -91,8 +91,7 @@ static Seen Run(const Belt *belt, const char controller[], PetscReal tolerance)
 
   ok(VecCreateSeq(PETSC_COMM_SELF, 2 * belt->n, &w));
   for (PetscInt i = 0; i < belt->n; i++) ok(VecSetValue(w, belt->n + i, 1e-3 * (PetscReal)(i * i), INSERT_VALUES));
-  ok(VecAssemblyBegin(w));
-  ok(VecAssemblyEnd(w));
+  ok(VecAssemble(w));
   ok(SlipConstraintCreateSmall(&small, &con));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));

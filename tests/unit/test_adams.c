@@ -36,10 +36,9 @@ static void End(TS ts, Vec u, PetscReal x[2])
   const PetscScalar *a;
 
   ok(TSSolve(ts, u));
-  ok(VecGetArrayRead(u, &a));
+  a = VecRead(u);
   x[0] = a[0];
   x[1] = a[1];
-  ok(VecRestoreArrayRead(u, &a));
 }
 
 /* By an eighth order pair at its tightest */
@@ -133,13 +132,11 @@ static PetscErrorCode Look(TS ts, PetscInt step, PetscReal t, Vec u, void *ctx)
     const PetscScalar *a;
 
     PetscCall(TSInterpolate(ts, before + 0.5 * k * (t - before), x));
-    PetscCall(VecGetArrayRead(x, &a));
+    a = VecRead(x);
     kept[k] = a[0] - log(a[0]) + a[1] - log(a[1]);
-    PetscCall(VecRestoreArrayRead(x, &a));
   }
   worst = PetscMax(worst, fabs(kept[1] - 0.5 * (kept[0] + kept[2])));
-  PetscCall(VecDestroy(&x));
-  return PETSC_SUCCESS;
+  return VecDestroy(&x);
 }
 
 static void interpolation(void **state)
@@ -169,15 +166,13 @@ static PetscInt refuse_at;
 static PetscErrorCode Fall(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   PetscCall(VecCopy(y, f));
-  PetscCall(VecScale(f, -1));
-  return PETSC_SUCCESS;
+  return VecScale(f, -1);
 }
 
 static PetscErrorCode FallJacobian(TS ts, PetscReal t, Vec y, Mat A, Mat B, void *ctx)
 {
   PetscCall(MatZeroEntries(B));
-  PetscCall(MatShift(B, -1));
-  return PETSC_SUCCESS;
+  return MatShift(B, -1);
 }
 
 static PetscErrorCode Inside(TS ts, PetscReal t, Vec y, PetscBool *inside)
@@ -254,8 +249,7 @@ static PetscErrorCode Edge(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
   PetscScalar a;
 
   PetscCall(VecGetValues(y, 1, (const PetscInt[]){0}, &a));
-  PetscCall(VecSet(f, a < 1 ? 2 - a : NAN));
-  return PETSC_SUCCESS;
+  return VecSet(f, a < 1 ? 2 - a : NAN);
 }
 
 static PetscErrorCode IsNumber(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
@@ -372,12 +366,10 @@ static PetscErrorCode Follow(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   PetscScalar *r;
 
   evaluations++;
-  PetscCall(VecGetArrayRead(u, &x));
+  x = VecRead(u);
   PetscCall(VecGetArrayWrite(f, &r));
   for (int i = 0; i < 8; i++) r[i] = cos(t) - 100.0 / (1 << i) * (x[i] - sin(t));
-  PetscCall(VecRestoreArrayWrite(f, &r));
-  PetscCall(VecRestoreArrayRead(u, &x));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(f, &r);
 }
 
 static void CorrectedBy(const char adapt[])
@@ -407,9 +399,8 @@ static void CorrectedBy(const char adapt[])
     evaluations = 0;
     ok(TSSolve(ts, u));
     n[k] = evaluations;
-    ok(VecGetArrayRead(u, &x));
+    x = VecRead(u);
     for (int i = 0; i < 8; i++) assert_true(fabs(x[i] - sin(20)) < 1e-2);
-    ok(VecRestoreArrayRead(u, &x));
     ObjectsDestroy(&ts, &u);
   }
   ok(PetscOptionsClearValue(NULL, "-ts_adams_max_corrections"));

@@ -21,8 +21,7 @@ static PetscErrorCode ChooseByNorms(TSAdapt adapt, TS ts, PetscReal h, PetscInt 
   *wlte = *wltea = *wlter = -1;
   if (ts->steps) return PETSC_SUCCESS;
   PetscCall(VecDuplicate(ts->vec_sol, &y));
-  PetscCall(VecDuplicate(y, &f));
-  PetscCall(VecDuplicate(y, &star));
+  PetscCall(DuplicateVecs(y, &f, &star));
   PetscCall(VecSetValues(y, 2, (const PetscInt[]){0, 1}, (const PetscScalar[]){2, 0.5}, INSERT_VALUES));
   PetscCall(Rate(ts, 0, y, f, NULL));
   PetscCall(VecAXPY(y, h, f));
@@ -34,10 +33,7 @@ static PetscErrorCode ChooseByNorms(TSAdapt adapt, TS ts, PetscReal h, PetscInt 
     PetscCall(TSEvaluateWLTE(ts, types[k], NULL, &ours));
     norm_error = PetscMax(norm_error, PetscAbsReal(ours / norm - 1));
   }
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&f));
-  PetscCall(VecDestroy(&star));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&y, &f, &star);
 }
 
 static PetscErrorCode CreateByNorms(TSAdapt adapt)

@@ -165,16 +165,13 @@ static void after_dsp(void **state)
 
 static PetscErrorCode Root(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  const PetscReal *a;
+  const PetscReal *a = VecRead(y);
   PetscReal *b;
 
-  PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   b[0] = -PetscSqrtReal(a[0]);
   b[1] = -a[1];
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(f, &b);
 }
 
 /* A state without a rate is no state that a step may end in, also where the largest error counts, in which PETSc
@@ -200,8 +197,7 @@ static void no_number(void **state)
     ok(TSAdaptSetType(adapt, types[k]));
     ok(SlipAdaptSetNorm(adapt, NORM_INFINITY));
     fails(TSSolve(ts, y), "is not a number");
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&y));
+    ObjectsDestroy(&ts, &y);
   }
 }
 

@@ -49,12 +49,11 @@ static SlipFault Fault(int which)
     ok(SlipFaultSetPressureFunction(fault, Pressure, NULL));
   }
   if (which == WEAKENING || which == RATE_STATE) {
-    ok(FaultSetReals(fault, {"injection_pressure", 2e6}, {"injection_diffusivity", 0.5}, {"injection_stop", 5e6}));
     ok(SlipFaultSetString(fault, "injection", "3000,2000"));
+    ok(FaultSetReals(fault, {"injection_pressure", 2e6}, {"injection_diffusivity", 0.5}, {"injection_stop", 5e6}));
   }
   if (which == RATE_STATE) {
-    ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-    ok(SlipFaultSetString(fault, "pore_pressure", record));
+    ok(FaultSetStrings(fault, {"friction_law", "rate_and_state"}, {"pore_pressure", record}));
   }
   if (which == FALLING) {
     ok(SlipFaultSetString(fault, "friction_law", "rate_weakening"));
@@ -63,8 +62,8 @@ static SlipFault Fault(int which)
     ok(SlipFaultSetPressureFunction(fault, Pressure, NULL));
   }
   if (which == WEAKENING || which == STRESSED) {
-    ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
     ok(SlipFaultSetString(fault, "initial", "traction"));
+    ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
   }
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultConstraintCreate(fault));
@@ -95,9 +94,8 @@ static PetscInt Put(Vec x, PetscReal out[])
   PetscInt n;
 
   ok(VecGetLocalSize(x, &n));
-  ok(VecGetArrayRead(x, &a));
+  a = VecRead(x);
   memcpy(out, a, (size_t)n * sizeof(*out));
-  ok(VecRestoreArrayRead(x, &a));
   return n;
 }
 
@@ -138,8 +136,7 @@ static PetscInt Rest(SlipFault fault, PetscReal t, Vec w, PetscReal out[])
   PetscReal end = 0, h = 0;
   Vec half, after;
 
-  ok(VecDuplicate(w, &half));
-  ok(VecDuplicate(w, &after));
+  VecsDuplicate(w, &half, &after);
   ok(VecZeroEntries(after));
   if (!fault->friction.law->always_slides) ok(SlipFaultRest(NULL, t, t + 1e9, w, half, after, &end, &h, fault));
   out[0] = end;

@@ -196,8 +196,7 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
   log->calls++;
   log->residual = attempt->residual;
   log->next = attempt->dt;
-  PetscCall(VecGetValues(w, 1, (PetscInt[]){0}, &log->v));
-  return PETSC_SUCCESS;
+  return VecGetValues(w, 1, (PetscInt[]){0}, &log->v);
 }
 
 static PetscErrorCode Third(TSAdapt adapt, TS ts, PetscReal h, PetscReal *next)

@@ -21,9 +21,7 @@ static PetscErrorCode FaultCreate(Sliders *p, Vec *w)
   PetscCall(VecSet(p->bound, sigma));
   PetscCall(SlidersCreateState(p, w));
   PetscCall(VecSetValue(*w, 1, -(1.0 + 1e-5) * 0.6 * sigma / K, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(*w));
-  PetscCall(VecAssemblyEnd(*w));
-  return PETSC_SUCCESS;
+  return VecAssemble(*w);
 }
 
 /* Final slip with constant steps */
@@ -36,8 +34,7 @@ static PetscErrorCode FinalSlip(TSBatheReactionType reaction, PetscInt steps, Pe
   PetscCall(SlidersSolve(&p, reaction, tmax, steps, w, NULL));
   PetscCall(VecGetValues(w, 1, (const PetscInt[]){2}, slip));
   PetscCall(VecDestroy(&w));
-  PetscCall(SlidersDestroy(&p));
-  return PETSC_SUCCESS;
+  return SlidersDestroy(&p);
 }
 
 /* Reference: classical RK4 of the sliding phase, from rest until the velocity returns to zero, 2e5 steps. The start is
@@ -152,10 +149,8 @@ static PetscErrorCode Replay(const char *snes, PetscReal *worst, PetscReal *slip
   PetscCall(TSMonitorSet(ts, Compare, worst, NULL));
   PetscCall(TSSolve(ts, w));
   PetscCall(VecGetValues(w, 1, (const PetscInt[]){2}, slip));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(VecDestroy(&w));
-  PetscCall(SlidersDestroy(&p));
-  return PETSC_SUCCESS;
+  PetscCall(DestroyObjects(&ts, &w));
+  return SlidersDestroy(&p);
 }
 
 /* 1e-3 relative is what the published numbers are asked to be met to; their solver's own tolerance limits them */

@@ -44,17 +44,13 @@ static void OffBalance(PetscReal t, const PetscScalar *y, const PetscScalar *yd,
 
 static PetscErrorCode ImplicitForm(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void *ctx)
 {
-  const PetscScalar *a, *b;
+  const PetscScalar *a = VecRead(y), *b;
   PetscScalar *f;
 
-  PetscCall(VecGetArrayRead(y, &a));
-  PetscCall(VecGetArrayRead(ydot, &b));
+  b = VecRead(ydot);
   PetscCall(VecGetArray(F, &f));
   (*((const Implicit *)ctx)->f)(t, a, b, f);
-  PetscCall(VecRestoreArray(F, &f));
-  PetscCall(VecRestoreArrayRead(ydot, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(F, &f);
 }
 
 /* No Jacobian is given: differences of the stage's residual. */
@@ -66,8 +62,7 @@ static TS CreateImplicit(const Implicit *form, PetscReal h, Vec *y)
 
   ok(VecCreateSeq(PETSC_COMM_SELF, form->n, y));
   for (PetscInt i = 0; i < form->n; i++) ok(VecSetValue(*y, i, form->start[i], INSERT_VALUES));
-  ok(VecAssemblyBegin(*y));
-  ok(VecAssemblyEnd(*y));
+  ok(VecAssemble(*y));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));
   ok(TSSetIFunction(ts, NULL, ImplicitForm, (void *)form));

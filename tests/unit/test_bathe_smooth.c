@@ -10,33 +10,26 @@ static void Exact(PetscReal t, PetscReal y[2])
 
 static PetscErrorCode RHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
   PetscScalar *b;
 
-  PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArray(f, &b));
   b[0] = -2.0 * t * a[0] * a[0];
   b[1] = PetscCosReal(t) + (a[1] - PetscSinReal(t)) * a[0];
-  PetscCall(VecRestoreArray(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(f, &b);
 }
 
 static PetscErrorCode RHSJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
   PetscScalar v[4];
 
-  PetscCall(VecGetArrayRead(y, &a));
   v[0] = -4.0 * t * a[0];
   v[1] = 0.0;
   v[2] = a[1] - PetscSinReal(t);
   v[3] = a[0];
-  PetscCall(VecRestoreArrayRead(y, &a));
   PetscCall(MatSetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  return PETSC_SUCCESS;
+  return MatAssemble(P);
 }
 
 /* The same with a mass matrix: diag(2, 3) (y' - f) = 0 */
@@ -71,8 +64,7 @@ static PetscErrorCode IJacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal a
     v[2] *= 3.0;
     v[3] *= 3.0;
     PetscCall(MatSetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v, INSERT_VALUES));
-    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemble(P));
   }
   return PETSC_SUCCESS;
 }
@@ -88,8 +80,7 @@ static TS Create(PetscBool implicit, PetscReal gamma, PetscReal h, PetscReal tma
   Exact(0.5, y0);
   ok(VecCreateSeq(PETSC_COMM_SELF, 2, y));
   ok(VecSetValues(*y, 2, (PetscInt[]){0, 1}, y0, INSERT_VALUES));
-  ok(VecAssemblyBegin(*y));
-  ok(VecAssemblyEnd(*y));
+  ok(VecAssemble(*y));
   ok(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, NULL, &J));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));
@@ -121,9 +112,8 @@ static PetscReal Distance(Vec y, PetscReal t)
   PetscReal e[2], d;
 
   Exact(t, e);
-  ok(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   d = PetscMax(PetscAbsReal(a[0] - e[0]), PetscAbsReal(a[1] - e[1]));
-  ok(VecRestoreArrayRead(y, &a));
   return d;
 }
 
@@ -219,17 +209,13 @@ static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   PetscCall(VecSetValue(f, 0, -1e6 * (a - PetscCosReal(t)) - PetscSinReal(t), INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(f));
-  PetscCall(VecAssemblyEnd(f));
-  return PETSC_SUCCESS;
+  return VecAssemble(f);
 }
 
 static PetscErrorCode StiffJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
   PetscCall(MatSetValue(P, 0, 0, -1e6, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  return PETSC_SUCCESS;
+  return MatAssemble(P);
 }
 
 static void test_stiff(void **state)
@@ -337,10 +323,8 @@ static PetscErrorCode PostEvent(TS ts, PetscInt n, PetscInt list[], PetscReal t,
 {
   *(PetscReal *)ctx = t;
   PetscCall(VecSetValue(y, 0, 0.25, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(y));
-  PetscCall(VecAssemblyEnd(y));
-  PetscCall(TSRestartStep(ts));
-  return PETSC_SUCCESS;
+  PetscCall(VecAssemble(y));
+  return TSRestartStep(ts);
 }
 
 /* After the event y0' = -2 t y0^2 with y0(1) = 1/4: y0 = 1/(t^2 + 3). The event is located to the handler's 1e-6 or

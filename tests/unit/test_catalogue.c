@@ -43,16 +43,15 @@ static PetscErrorCode CheckQuadrature(TS ts, const SlipAttempt *attempt, Vec w, 
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
   PetscCheck(share[0] == 0 && share[1] > 0 && share[1] < 1 && share[2] == 1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "shares");
-  for (PetscInt k = 0; k < 3; k++) PetscCall(VecGetArrayRead(node[k], &a[k]));
-  PetscCall(VecGetArrayRead(fault->operators.vinf, &vinf));
+  for (PetscInt k = 0; k < 3; k++) a[k] = VecRead(node[k]);
+  vinf = VecRead(fault->operators.vinf);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal sum = 0;
 
     for (PetscInt k = 0; k < 3; k++) sum += attempt->dt * weight[k] * (a[k][3 * i] - vinf[i]);
     *worst = PetscMax(*worst, fabs(a[2][3 * i + 1] - a[0][3 * i + 1] - sum));
   }
-  PetscCall(VecRestoreArrayRead(fault->operators.vinf, &vinf));
-  for (PetscInt k = 0; k < 3; k++) PetscCall(VecRestoreArrayRead(node[k], &a[k]));
+
   return PETSC_SUCCESS;
 }
 
@@ -151,8 +150,7 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}, {"loading_rate", c.loading}, {"event_rate", c.rate}));
   if (c.thrust) SetThrust(fault);
-  ok(SlipFaultSetString(fault, "friction_law", law));
-  ok(SlipFaultSetString(fault, "catalogue", file));
+  ok(FaultSetStrings(fault, {"friction_law", law}, {"catalogue", file}));
   ok(FaultStart(fault, TSADAPTNONE, c.time / steps, c.time, &w, &ts));
   assert_true(fault->kind.coupled == c.thrust);
   ok(SlipFaultGetObservables(fault, 0, w, NULL, &out.start));
@@ -264,11 +262,10 @@ static Smooth RunSmooth(const char type[], const char pair[], PetscReal toleranc
   assert_int_equal(0, TempDirMake("catalogue", folder));
   ok(PetscSNPrintf(file, sizeof(file), "%s/events.h5", folder));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"friction_law", "rate_and_state"}, {"catalogue", file}));
   ok(FaultSetReals(fault, {"nx", 8}, {"nz", 4}, {"length_x", 16e3}, {"length_z", 8e3}, {"loading_rate", 1e-9},
                    {"normal_stress", 5e7}, {"normal_stress_gradient", 0}, {"friction_slip", 0.02},
                    {"friction_a", 0.008}, {"friction_b", 0.012}, {"initial_rate", 1e-10}));
-  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-  ok(SlipFaultSetString(fault, "catalogue", file));
   ok(SlipFaultSetUp(fault));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(SlipFaultConfigureTS(fault, ts));

@@ -66,12 +66,9 @@ static void Solve(const char mesh[], const char file[], const PetscReal stress[N
   Vec w, u, force;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"mesh", mesh}, {"catalogue", file}, {"friction_law", "constant"}, {"initial", "traction"},
+                     {"normal_coupling", "no"}));
   ok(FaultSetReals(fault, {"friction_residual", residual}, {"event_rate", 1e-4}, {"thickness", 1500}));
-  ok(SlipFaultSetString(fault, "mesh", mesh));
-  ok(SlipFaultSetString(fault, "catalogue", file));
-  ok(SlipFaultSetString(fault, "friction_law", "constant"));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "normal_coupling", "no"));
   ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
   fault->options.catalogue_maps = PETSC_TRUE;
   ok(SlipFaultSetField(fault, "normal_stress", N, stress));

@@ -22,12 +22,11 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   if (step < 0 || step > STEPS) return PETSC_SUCCESS;
   c->n = step + 1;
   c->t[step] = t;
-  PetscCall(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   for (int i = 0; i < N; i++) {
     c->v[step][i] = a[3 * i];
     c->s[step][i] = a[3 * i + 2];
   }
-  PetscCall(VecRestoreArrayRead(w, &a));
   return PETSC_SUCCESS;
 }
 
@@ -73,8 +72,8 @@ static void Solve(const char file[], Course *course)
   Vec w;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", loading}, {"event_rate", rate}));
   ok(SlipFaultSetString(fault, "catalogue", file));
+  ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", loading}, {"event_rate", rate}));
   fault->options.catalogue_maps = PETSC_TRUE;
   ok(FaultStart(fault, TSADAPTNONE, step_length, STEPS * step_length, &w, &ts));
   ok(SlipFaultOutputStart(fault, ts));

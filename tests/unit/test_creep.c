@@ -19,13 +19,11 @@ static SlipFault Fault(const char law[], const char initial[], PetscReal share)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"viscosity", "radiation"}, {"friction_law", law},
+                     {"initial", initial}));
   ok(FaultSetReals(fault, {"nx", 1}, {"nz", 1}, {"length_x", side}, {"length_z", side}, {"normal_stress", sigma},
                    {"normal_stress_gradient", 0}, {"friction_drop", drop}, {"friction_residual", residual},
                    {"friction_slip", sigma * drop / (share * Stiffness())}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-  ok(SlipFaultSetString(fault, "friction_law", law));
-  ok(SlipFaultSetString(fault, "initial", initial));
   return fault;
 }
 
@@ -37,12 +35,10 @@ typedef struct {
 static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
 {
   Rates *rates = (Rates *)ctx;
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
   PetscReal v;
 
-  PetscCall(VecGetArrayRead(w, &a));
   v = a[0] / v_inf;
-  PetscCall(VecRestoreArrayRead(w, &a));
   if (step < 4) rates->least = rates->largest = v;
   rates->least = PetscMin(rates->least, v);
   rates->largest = PetscMax(rates->largest, v);
@@ -98,10 +94,9 @@ static void Event(const char initial[], PetscReal end, PetscReal *slip, PetscRea
   ok(SlipFaultSetInertia(fault, PETSC_TRUE)); /* a traction alone would be without */
   ok(FaultStart(fault, TSADAPTNONE, 0.01, end, &w, &ts));
   ok(TSSolve(ts, w));
-  ok(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   *rate = a[0];
   *slip = a[2];
-  ok(VecRestoreArrayRead(w, &a));
   ObjectsDestroy(&w, &ts, &fault);
 }
 

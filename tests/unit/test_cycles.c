@@ -50,12 +50,10 @@ static double largest_eigenvalue(Mat K)
 
     ok(VecZeroEntries(x));
     ok(VecSetValue(x, j, 1, INSERT_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     ok(MatMult(K, x, y));
-    ok(VecGetArrayRead(y, &a));
+    a = VecRead(y);
     for (PetscInt i = 0; i < N; i++) A[j * N + i] = a[i];
-    ok(VecRestoreArrayRead(y, &a));
   }
   LAPACKsyev_("N", "U", &n, A, &n, value, work, &lwork, &info);
   assert_int_equal(info, 0);
@@ -106,8 +104,7 @@ static void relaxation(void **state)
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   PetscCall(VecCopy(y, f));
-  PetscCall(VecScale(f, -1));
-  return PETSC_SUCCESS;
+  return VecScale(f, -1);
 }
 
 /* y' = -y from 1 with constant steps by formulas of order 2 */
@@ -310,14 +307,12 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   SlipFault fault = (SlipFault)ctx;
   SlipFaultObservables o;
   PetscReal sum = 0, mean = 0, tstar;
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
 
-  PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < N; i++) {
     sum += PetscAbsReal(a[3 * i]) / N;
     mean += a[3 * i] / N;
   }
-  PetscCall(VecRestoreArrayRead(w, &a));
   PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &o));
   assert_true(fabs(o.mean_slip_rate - mean) <= 1e-13 * sum);
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));

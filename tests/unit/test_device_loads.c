@@ -16,8 +16,7 @@ static PetscErrorCode WriteRecord(void)
   PetscCall(SlipH5Create("record.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/time", 1, &three, times, "s"));
   PetscCall(SlipH5WriteReal(&h, "/pressure", 2, shape, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 static PetscErrorCode OwnPressure(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
@@ -36,14 +35,12 @@ static PetscErrorCode Creep(SlipFault fault)
     b[i] = 1e-3 * (double)(i % 7);
   }
   PetscCall(SlipFaultSetField(fault, "creep", N, a));
-  PetscCall(SlipFaultSetField(fault, "stressing_rate", N, b));
-  return PETSC_SUCCESS;
+  return SlipFaultSetField(fault, "stressing_rate", N, b);
 }
 
 static PetscErrorCode Own(SlipFault fault)
 {
-  PetscCall(SlipFaultSetPressureFunction(fault, OwnPressure, NULL));
-  return PETSC_SUCCESS;
+  return SlipFaultSetPressureFunction(fault, OwnPressure, NULL);
 }
 
 #define INJECTION                                                                                                      \

@@ -194,8 +194,7 @@ static PetscErrorCode Solve(const char options[], const char more[], Run *run)
   PetscBool bathe;
 
   *run = (Run){0};
-  PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, base));
+  PetscCall(SetOptions(base));
   PetscCall(PetscOptionsInsertString(NULL, options));
   PetscCall(PetscOptionsInsertString(NULL, more));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &run->fault));

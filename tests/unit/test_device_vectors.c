@@ -26,8 +26,7 @@ static PetscErrorCode WriteRectangles(void)
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "columns", "x y z length width strike dip"));
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "units", "m"));
   PetscCall(SlipH5WriteInt(&h, "/fault", 1, &count, fault, NULL));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* A plane that dips, 4 km squares of which each is cut in two */
@@ -54,8 +53,7 @@ static PetscErrorCode WriteTriangles(void)
   PetscCall(SlipH5Create("triangles.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/vertices", 2, vertices, vertex[0], "m"));
   PetscCall(SlipH5WriteInt(&h, "/triangles", 2, triangles, corner[0], NULL));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 static PetscErrorCode Creep(SlipFault fault)
@@ -63,8 +61,7 @@ static PetscErrorCode Creep(SlipFault fault)
   PetscReal a[N];
 
   for (PetscInt i = 0; i < N; i++) a[i] = i % NX == 0 ? 1 : 0;
-  PetscCall(SlipFaultSetField(fault, "creep", N, a));
-  return PETSC_SUCCESS;
+  return SlipFaultSetField(fault, "creep", N, a);
 }
 
 static const struct {

@@ -14,8 +14,7 @@ static Run start(const char options[])
 {
   Run r;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
   ok(FaultStart(r.fault, NULL, 0, 3, &r.w, &r.ts));
@@ -134,13 +133,12 @@ static void rest(void **state)
   ok(VecZeroEntries(r.w));
   assert_true(rest_time(&r) == PETSC_MAX_REAL);
   ok(VecSetValue(r.w, 0, 1e-9, INSERT_VALUES));
-  ok(VecAssemblyBegin(r.w));
-  ok(VecAssemblyEnd(r.w));
+  ok(VecAssemble(r.w));
   assert_true(rest_time(&r) == 0); /* it moves */
   ObjectsDestroy(&r.ts, &r.w, &r.fault);
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
-  ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}, {"loading_rate", rate}));
   ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
+  ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}, {"loading_rate", rate}));
   ok(SlipFaultSetUp(r.fault));
   ok(SlipFaultCreateState(r.fault, &r.w));
   ok(TSCreate(PETSC_COMM_SELF, &r.ts));

@@ -49,9 +49,7 @@ static void vertical_is_the_limit(void **state)
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &vertical, "dense", &old));
   assert_true(Differ(K, old, LargestOf(old)) < 1e-11);
   assert_true(LargestOf(Kn) < 1e-11 * LargestOf(old));
-  ok(MatDestroy(&K));
-  ok(MatDestroy(&Kn));
-  ok(MatDestroy(&old));
+  ObjectsDestroy(&K, &Kn, &old);
 }
 
 /* Reciprocity: what the centres' stresses lack of symmetry is the error of taking them there, and goes with the cells'
@@ -142,10 +140,7 @@ static void turned_problems_have_the_same_operators(void **state)
   }
   assert_true(Differ(K[0], K[1], LargestOf(K[0])) < 1e-11);
   assert_true(Differ(Kn[0], Kn[1], LargestOf(K[0])) < 1e-11);
-  for (int t = 0; t < 2; t++) {
-    ok(MatDestroy(&K[t]));
-    ok(MatDestroy(&Kn[t]));
-  }
+  for (int t = 0; t < 2; t++) ObjectsDestroy(&K[t], &Kn[t]);
 }
 
 /* Products of hierarchical storage, of K and of Kn, which is not symmetric, and both at once, to ten times the
@@ -176,11 +171,7 @@ static void Hierarchical(const SlipDippingGrid *grid, PetscReal share)
   ok(MatSlipGetMemory(K[1], &most, &all));
   assert_true(all < share * (PetscReal)sizeof(PetscReal) * (PetscReal)n * (PetscReal)n);
   ObjectsDestroy(&u, &f[0], &f[1]);
-  for (int t = 0; t < 2; t++) {
-    ok(VecDestroy(&c[t]));
-    ok(MatDestroy(&K[t]));
-    ok(MatDestroy(&Kn[t]));
-  }
+  for (int t = 0; t < 2; t++) ObjectsDestroy(&c[t], &K[t], &Kn[t]);
 }
 
 /* A plane with rakes that vary, and a fault in plane strain: one column of cells 1e7 m long, which are far from each
@@ -233,16 +224,13 @@ static PetscReal LargestDifference(Mat a, Mat b, Mat size)
   PetscInt n;
 
   ok(MatGetSize(a, &n, NULL));
-  ok(MatDenseGetArrayRead(a, &pa));
-  ok(MatDenseGetArrayRead(b, &pb));
-  ok(MatDenseGetArrayRead(size, &ps));
+  pa = MatRead(a);
+  pb = MatRead(b);
+  ps = MatRead(size);
   for (PetscInt i = 0; i < n * n; i++) {
     most[0] = PetscMax(most[0], PetscAbsScalar(pa[i] - pb[i]));
     most[1] = PetscMax(most[1], PetscAbsScalar(ps[i]));
   }
-  ok(MatDenseRestoreArrayRead(a, &pa));
-  ok(MatDenseRestoreArrayRead(b, &pb));
-  ok(MatDenseRestoreArrayRead(size, &ps));
   return most[0] / most[1];
 }
 

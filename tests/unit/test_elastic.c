@@ -23,8 +23,7 @@ static PetscErrorCode SetUp_Strain(SlipElastic el, const SlipElasticRock *rock)
 
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(VecDuplicate(rock->along, &c->along));
-  PetscCall(VecCopy(rock->along, c->along));
-  return PETSC_SUCCESS;
+  return VecCopy(rock->along, c->along);
 }
 
 static PetscErrorCode Force_Strain(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
@@ -57,8 +56,7 @@ static PetscErrorCode Destroy_Strain(SlipElastic el)
 
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(VecDestroy(&c->along));
-  PetscCall(PetscFree(c));
-  return PETSC_SUCCESS;
+  return PetscFree(c);
 }
 
 static PetscErrorCode Create_Strain(SlipElastic el)
@@ -72,8 +70,7 @@ static PetscErrorCode Create_Strain(SlipElastic el)
 
   PetscCall(PetscNew(&c));
   c->rate = Rate;
-  PetscCall(SlipElasticSetOps(el, &ops, c));
-  return PETSC_SUCCESS;
+  return SlipElasticSetOps(el, &ops, c);
 }
 
 /* A fault of two components or one, under the rate by the medium or by its option; two sizes of cells' sides */
@@ -82,8 +79,8 @@ static SlipFault Make(PetscBool medium, PetscInt components, PetscReal rate)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 5}, {"nz", 4}, {"slip_components", components}, {"rake", 30}, {"dip", 60}));
   ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
+  ok(FaultSetReals(fault, {"nx", 5}, {"nz", 4}, {"slip_components", components}, {"rake", 30}, {"dip", 60}));
   if (medium) {
     Rate = rate;
     ok(SlipFaultSetString(fault, "medium", "strain"));
@@ -125,8 +122,7 @@ static void strain_is_stressing(void **state)
       ok(VecNorm(w[0], NORM_INFINITY, &norm));
       assert_true(norm > 1e-3);
       AssertVecNear(w[1], w[0], NORM_INFINITY, 1e-12 * norm);
-      ok(VecDestroy(&w[0]));
-      ok(VecDestroy(&w[1]));
+      ObjectsDestroy(&w[0], &w[1]);
     }
 }
 
@@ -153,9 +149,7 @@ static void another_rate(void **state)
       ok(TSSolve(ts, w));
       ok(SlipFaultCheckpointFinish(fault, ts, &stopped));
     }
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
   (void)remove("strain.state");
 }
@@ -165,20 +159,17 @@ static PetscInt Multiplied; /* products with the stiffness below */
 static PetscErrorCode CountedMult(Mat K, Vec x, Vec y)
 {
   Multiplied++;
-  PetscCall(VecAXPBY(y, 2, 0, x));
-  return PETSC_SUCCESS;
+  return VecAXPBY(y, 2, 0, x);
 }
 
 static PetscErrorCode Force_Alone(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
-  PetscCall(VecAXPBY(shear, 2, 0, u ? u : v));
-  return PETSC_SUCCESS;
+  return VecAXPBY(shear, 2, 0, u ? u : v);
 }
 
 static PetscErrorCode Create_Alone(SlipElastic el)
 {
-  PetscCall(SlipElasticSetOps(el, &(SlipElasticOps){.force = Force_Alone}, NULL));
-  return PETSC_SUCCESS;
+  return SlipElasticSetOps(el, &(SlipElasticOps){.force = Force_Alone}, NULL);
 }
 
 /* Products with a stiffness of a user's are counted as it counts itself, those of a viscosity included; a medium that
@@ -222,10 +213,7 @@ static void products_are_counted(void **state)
     assert_int_equal(k == 1 ? 2 : 0, now.h - before.h);
     assert_int_equal(now.k - before.k, now.all - before.all);
     assert_true(k != 1 || Multiplied > 3);
-    ok(SlipElasticDestroy(&el));
-    ok(MatDestroy(&K));
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
+    ObjectsDestroy(&el, &K, &x, &y);
   }
 }
 
@@ -239,16 +227,14 @@ static PetscErrorCode Force_Offset(SlipElastic el, PetscReal t, Vec u, Vec v, Ve
 {
   products++;
   PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
-  PetscCall(VecShift(shear, 1e9));
-  return PETSC_SUCCESS;
+  return VecShift(shear, 1e9);
 }
 
 static PetscErrorCode Create_Offset(SlipElastic el)
 {
   const SlipElasticOps ops = {.force = Force_Offset};
 
-  PetscCall(SlipElasticSetOps(el, &ops, NULL));
-  return PETSC_SUCCESS;
+  return SlipElasticSetOps(el, &ops, NULL);
 }
 
 /* Of the dense D^-1 K D^-1/mass, D^2 = diag(weights), column by column */
@@ -269,8 +255,7 @@ static PetscReal LargestOf(Mat K)
 
     ok(VecZeroEntries(x));
     ok(VecSetValue(x, j, 1, INSERT_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     ok(MatMult(K, x, y));
     ok(VecGetArray(y, &k));
     if (w) ok(VecGetValues(w, 1, &j, &wj));
@@ -286,8 +271,7 @@ static PetscReal LargestOf(Mat K)
   assert_int_equal(info, 0);
   largest = PetscSqrtReal(omega[N - 1]);
   ok(PetscFree3(A, omega, work));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&x, &y);
   return largest;
 }
 
@@ -369,9 +353,7 @@ static void in_the_file(void **state)
       AssertNear(written, omega, 0);
     }
     ok(SlipH5Close(&h));
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
   (void)remove("frequency.h5");
 }

@@ -156,8 +156,7 @@ static void two_faults(void **state)
 
   again = Make(2, 3);
   ok(SlipFaultSetOptionsPrefix(again, "third_"));
-  ok(SlipFaultSetString(again, "operator", "hmat"));
-  ok(SlipFaultSetString(again, "viscosity", "spectral"));
+  ok(FaultSetStrings(again, {"operator", "hmat"}, {"viscosity", "spectral"}));
   fails(SlipFaultSetUp(again), "-third_fault_viscosity spectral needs a uniform grid with -third_fault_operator dense");
   ok(SlipFaultDestroy(&again));
 }
@@ -201,8 +200,7 @@ static void scaling_and_critical_state(void **state)
   ok(SlipFaultSetUp(fault));
   VecsDuplicate(fault->critical.uc, &sigma, &x);
   for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->fields.cell[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
-  ok(VecAssemblyBegin(sigma));
-  ok(VecAssemblyEnd(sigma));
+  ok(VecAssemble(sigma));
   ok(SlipElasticSolve(fault->medium, sigma, x));
   ok(VecSum(x, &mean));
   ok(VecSum(sigma, &stress));
@@ -285,8 +283,7 @@ static void stiffness_file(void **state)
   SlipFault fault = Make(2, 1);
 
   WriteField(file, "/run/K", 2, 2, good);
-  ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
-  ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
+  ok(FaultSetStrings(fault, {"stiffness_file", "test_fault_stiffness.h5:/run/K"}, {"stiffness_scaling", "none"}));
   ok(SlipFaultSetUp(fault));
   ok(MatNorm(fault->medium->K, NORM_FROBENIUS, &x));
   assert_true(fabs(x - sqrt(20.) * 1e7) < 1e-8); /* one rounding of a number of 4.5e7 is 7e-9 */
@@ -358,7 +355,7 @@ static void elimination(void **state)
   ok(VecGetArray(base, &b));
   ok(VecGetArray(ex, &c));
   ok(VecGetArray(F, &f));
-  ok(VecGetArrayRead(r, &g));
+  g = VecRead(r);
   for (PetscInt i = 0; i < 6; i++) {
     const PetscReal *wi = a + 3 * i, *bi = b + 3 * i, *ci = c + 3 * i, *fi = f + 3 * i;
 
@@ -366,7 +363,6 @@ static void elimination(void **state)
     assert_true(fabs((wi[1] - bi[1]) / 0.37 - (fi[1] + ci[1])) < 1e-12); /* numbers of size 1 */
     assert_true(fabs((wi[2] - bi[2]) / 0.37 - (fi[2] + ci[2])) < 1e-12);
   }
-  ok(VecRestoreArrayRead(r, &g));
   ok(VecRestoreArray(w, &a));
   ok(VecRestoreArray(base, &b));
   ok(VecRestoreArray(ex, &c));
@@ -402,11 +398,9 @@ static void power_balance(void **state)
   ok(VecRestoreArrayWrite(u, &x));
   ok(MatMult(fault->medium->K, u, ku));
   ok(VecGetArray(F, &f));
-  ok(VecGetArrayRead(ku, &k));
-  ok(VecGetArrayRead(r, &q));
+  k = VecRead(ku);
+  q = VecRead(r);
   for (PetscInt i = 0; i < 12; i++) rate += (a[3 * i] * (f[3 * i] + q[i]) + k[i] * f[3 * i + 1]) / 12;
-  ok(VecRestoreArrayRead(r, &q));
-  ok(VecRestoreArrayRead(ku, &k));
   ok(VecRestoreArray(F, &f));
   ok(VecRestoreArray(w, &a));
   ok(SlipFaultGetObservables(fault, 0, w, r, &o));
@@ -442,8 +436,7 @@ static void observations(void **state)
   x = ObserveFault(fault, w, "velocity");
   assert_true(x == 0);
   ok(VecSetValue(w, 3 * 4, 0.63, INSERT_VALUES)); /* v of cell 4 */
-  ok(VecAssemblyBegin(w));
-  ok(VecAssemblyEnd(w));
+  ok(VecAssemble(w));
   x = ObserveFault(fault, w, "velocity");
   assert_true(fabs(x - 1) < 1e-14); /* 0.63/9/0.07 */
   x = ObserveFault(fault, w, "sliding_fraction");
@@ -483,9 +476,7 @@ static void work_vectors(void **state)
       ok(SlipFaultRestoreWork(fault, &x[0]));
       assert_null(x[0]);
     }
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
 }
 

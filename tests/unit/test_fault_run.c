@@ -15,8 +15,8 @@ typedef struct {
 
 static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt steps)
 {
-  ok(FaultSetReals(c->fault, {"nx", nx}, {"nz", nz}));
   ok(SlipFaultSetString(c->fault, "stiffness_scaling", "mean_slip"));
+  ok(FaultSetReals(c->fault, {"nx", nx}, {"nz", nz}));
   c->step = time / steps;
   ok(FaultStart(c->fault, TSADAPTNONE, c->step, time, &c->w, &c->ts));
   ok(TSBatheSetReactionType(c->ts, c->reaction));
@@ -92,9 +92,9 @@ static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *
   PetscCall(TSBatheGetReaction(ts, &r));
   PetscCall(VecDuplicate(r, &q));
   PetscCall(SlipFaultStrength(fault, 0, w, q));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(r, &tau));
-  PetscCall(VecGetArrayRead(q, &b));
+  a = VecRead(w);
+  tau = VecRead(r);
+  b = VecRead(q);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal v = a[3 * i];
 
@@ -105,11 +105,7 @@ static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *
     else
       cone->sticking++;
   }
-  PetscCall(VecRestoreArrayRead(q, &b));
-  PetscCall(VecRestoreArrayRead(r, &tau));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCall(VecDestroy(&q));
-  return PETSC_SUCCESS;
+  return VecDestroy(&q);
 }
 
 static void cone_holds(void **state)

@@ -232,8 +232,7 @@ static PetscErrorCode Energies(Outcome *out)
   PetscCall(PetscFree(left));
   PetscCall(PetscFree(elastic));
   PetscCall(PetscFree(heat));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* A monitor: the steps at whose end a cell slides */
@@ -274,8 +273,7 @@ static PetscErrorCode Solve(SlipFault fault, TS ts, SlipFaultFeatureSet wanted, 
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
   PetscCall(VecNorm(*w, NORM_INFINITY, &out->largest));
   out->complete = reason > 0 && !code ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(Energies(out));
-  return PETSC_SUCCESS;
+  return Energies(out);
 }
 
 static Outcome Try(SlipFaultFeatureSet set, PetscInt a, PetscInt b)
@@ -290,8 +288,7 @@ static Outcome Try(SlipFaultFeatureSet set, PetscInt a, PetscInt b)
   remove("events.h5");
   remove("state");
   remove("K.bin");
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, text));
+  ok(SetOptions(text));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   message[0] = '\0';
@@ -318,8 +315,7 @@ static PetscErrorCode WriteRecord(const char name[], PetscInt ndim, const PetscI
   PetscCall(SlipH5Create(name, &h));
   PetscCall(SlipH5WriteReal(&h, "/time", 1, &two, times, "s"));
   PetscCall(SlipH5WriteReal(&h, "/pressure", ndim, shape, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* The plane of the grid, and one whose right half is 200 m aside and turned */
@@ -340,8 +336,7 @@ static PetscErrorCode WriteRectangles(const char name[], PetscBool aside)
   PetscCall(SlipH5WriteReal(&h, "/cells", 2, shape, cells[0], NULL));
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "columns", "x y z length width strike dip"));
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "units", "m"));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* Two by three rectangles, each cut in two */
@@ -365,8 +360,7 @@ static PetscErrorCode WriteTriangles(void)
   PetscCall(SlipH5Create("triangles.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/vertices", 2, vertices, vertex[0], "m"));
   PetscCall(SlipH5WriteInt(&h, "/triangles", 2, triangles, corner[0], NULL));
-  PetscCall(SlipH5Close(&h));
-  return PETSC_SUCCESS;
+  return SlipH5Close(&h);
 }
 
 /* The stiffness of the grid, as -fault_stiffness_file has it */
@@ -378,21 +372,17 @@ static PetscErrorCode WriteStiffness(void)
   Mat K, dense;
   SlipH5 h;
 
-  PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, base));
+  PetscCall(SetOptions(base));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   PetscCall(SlipFaultSetFromOptions(fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultGetOperators(fault, &K, NULL, NULL));
   PetscCall(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  PetscCall(MatDenseGetArrayRead(dense, &a));
+  a = MatRead(dense);
   PetscCall(SlipH5Create("k.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/stiffness", 2, shape, a, "Pa/m"));
   PetscCall(SlipH5Close(&h));
-  PetscCall(MatDenseRestoreArrayRead(dense, &a));
-  PetscCall(MatDestroy(&dense));
-  PetscCall(SlipFaultDestroy(&fault));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&dense, &fault);
 }
 
 /* ---- the pairs ---- */

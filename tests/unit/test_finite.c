@@ -77,10 +77,9 @@ static void Run(TSType type, TSAdaptType adapt)
 
   assert_int_equal(0, TempDirMake("finite", folder));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"friction_law", bathe ? "constant" : "rate_and_state"}, {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 50e6}, {"normal_stress_gradient", 0},
                    {"loading_rate", 1e-9}));
-  ok(SlipFaultSetString(fault, "friction_law", bathe ? "constant" : "rate_and_state"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   if (bathe) ok(SlipFaultSetString(fault, "initial", "traction"));
   if (bathe) ok(SlipFaultSetReal(fault, "initial_traction", 24e6));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));

@@ -1,6 +1,7 @@
 /* Parameters that a registered friction law brings: names and bounds that are refused; numbers, options and fields of a
    fault that was there before the law; what the law's functions get of each cell. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 
 enum { DROP, COUNT, TIME, NOWN };
@@ -83,8 +84,7 @@ static void late_and_refused(void **state)
   ok(PetscOptionsClear(NULL));
   ok(SlipFaultGetReal(fault, "mine_time", &x));
   assert_true(x == 120);
-  ok(SlipFaultSetString(fault, "friction_law", "mine"));
-  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(FaultSetStrings(fault, {"friction_law", "mine"}, {"initial", "rest"}));
   ok(SlipFaultSetField(fault, "mine_drop", 4, cells));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetFriction(fault, 0, &f));
@@ -182,8 +182,7 @@ static void states(void **unused)
   fails(SlipFaultSetReal(fault, "initial_warmth", -1), "-fault_initial_warmth is -1, expected a number");
   /* its place in the state, behind v, u and theta, its start, and its tolerance, that of ln theta */
   ok(SlipFaultSetString(fault, "friction_law", "warm"));
-  ok(SlipFaultSetReal(fault, "initial_warmth", 3));
-  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(FaultSetReals(fault, {"initial_warmth", 3}, {"loading_rate", 1e-9}));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -192,14 +191,10 @@ static void states(void **unused)
   ok(TSGetTolerances(ts, NULL, &atol, &rtol, NULL));
   ok(VecGetSize(w, &n));
   assert_int_equal(n, 4);
-  ok(VecGetArrayRead(w, &a));
-  ok(VecGetArrayRead(atol, &b));
+  a = VecRead(w);
+  b = VecRead(atol);
   assert_true(a[3] == 3 && b[3] == rtol && b[2] == rtol);
-  ok(VecRestoreArrayRead(atol, &b));
-  ok(VecRestoreArrayRead(w, &a));
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &w, &fault);
 }
 
 enum { TIME_UP = 4, TIME_DOWN = 9 }; /* [s] */
@@ -251,8 +246,7 @@ static void states_at_rest(void **unused)
 
   ok(SlipFaultRegisterFrictionLaw(&law));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetString(fault, "friction_law", "sets"));
-  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(FaultSetStrings(fault, {"friction_law", "sets"}, {"initial", "rest"}));
   ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
@@ -270,9 +264,7 @@ static void states_at_rest(void **unused)
   assert_true(fabs(down + (1 - exp(-5.0 / TIME_DOWN))) < 1e-4);
   fails(SlipFaultGetCellValues(fault, 5, w, "state", 1, &other),
         "a state has no \"state\", expected slip_rate, displacement, slip, up, down,");
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &w, &fault);
 }
 
 /* Values out of bounds, or that are not whole, of a field */

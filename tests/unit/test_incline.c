@@ -48,11 +48,9 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
 
   b->t = stage->t;
   b->theta = stage->theta;
-  PetscCall(VecGetArrayRead(stage->base, &w));
-  if (stage->explicit_part) PetscCall(VecGetArrayRead(stage->explicit_part, &more));
+  w = VecRead(stage->base);
+  if (stage->explicit_part) more = VecRead(stage->explicit_part);
   for (int k = 0; k < 4; k++) b->base[k] = w[k] + (more ? stage->theta * more[k] : 0);
-  if (more) PetscCall(VecRestoreArrayRead(stage->explicit_part, &more));
-  PetscCall(VecRestoreArrayRead(stage->base, &w));
   Force(b, b->t, &b->base[2], load);
   PetscCall(VecGetArrayWrite(b->l.load, &p));
   for (int k = 0; k < 2; k++) p[k] = load[k] + b->base[k] / b->theta;
@@ -66,9 +64,7 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
     for (PetscInt k = 0; k < 2; k++)
       PetscCall(MatSetValue(b->l.B, k, j, b->theta * column[k] + (k == j ? 1 / b->theta : 0), INSERT_VALUES));
   }
-  PetscCall(MatAssemblyBegin(b->l.B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(b->l.B, MAT_FINAL_ASSEMBLY));
-  return PETSC_SUCCESS;
+  return MatAssemble(b->l.B);
 }
 
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
@@ -76,9 +72,8 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   const PetscReal *v;
   PetscReal slope, strength;
 
-  PetscCall(VecGetArrayRead(x, &v)); /* of a full state too: the rate comes first */
+  v = VecRead(x); /* of a full state too: the rate comes first */
   strength = Strength((const Block *)ctx, hypot(v[0], v[1]), &slope);
-  PetscCall(VecRestoreArrayRead(x, &v));
   PetscCall(VecSet(q, strength));
   if (dq) PetscCall(VecSet(dq, slope));
   return PETSC_SUCCESS;
@@ -91,59 +86,47 @@ static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, 
 
 static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
   PetscReal *b;
 
-  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(x, &b));
   for (int k = 0; k < 2; k++) b[k] = a[k];
-  PetscCall(VecRestoreArrayWrite(x, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(x, &b);
 }
 
 static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
   const Block *b = (const Block *)ctx;
-  const PetscReal *v;
+  const PetscReal *v = VecRead(x);
   PetscReal *a;
 
-  PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArrayWrite(w, &a));
   for (int k = 0; k < 2; k++) {
     a[k] = v[k];
     a[2 + k] = b->base[2 + k] + b->theta * v[k];
   }
-  PetscCall(VecRestoreArrayWrite(w, &a));
-  PetscCall(VecRestoreArrayRead(x, &v));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(w, &a);
 }
 
 static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
 {
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
   PetscReal *f;
 
-  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(F, &f));
   Force((const Block *)ctx, t, &a[2], f);
   for (int k = 0; k < 2; k++) f[2 + k] = a[k];
-  PetscCall(VecRestoreArrayWrite(F, &f));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(F, &f);
 }
 
 static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
-  const PetscReal *b;
+  const PetscReal *b = VecRead(r);
   PetscReal *f;
 
-  PetscCall(VecGetArrayRead(r, &b));
   PetscCall(VecGetArray(F, &f));
   for (int k = 0; k < 2; k++) f[k] += a * b[k];
-  PetscCall(VecRestoreArray(F, &f));
-  PetscCall(VecRestoreArrayRead(r, &b));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(F, &f);
 }
 
 static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
@@ -213,9 +196,8 @@ static void Run(Block *b, const PetscReal start[2], PetscReal tmax, PetscInt ste
   ok(TSSolve(ts, w));
   ok(TSBatheGetLastAttempt(ts, attempt));
   ok(TSBatheGetReaction(ts, &r));
-  ok(VecGetArrayRead(r, &p));
+  p = VecRead(r);
   Turn(-b->angle, p, reaction);
-  ok(VecRestoreArrayRead(r, &p));
   ok(VecGetArray(w, &a));
   for (int k = 0; k < 4; k += 2) Turn(-b->angle, &a[k], &end[k]);
   ok(VecRestoreArray(w, &a));
@@ -363,17 +345,15 @@ static void initial_reaction(void **state)
     ok(VecCreateSeq(PETSC_COMM_SELF, 4, &w));
     ok(VecDuplicate(b.l.load, &r));
     ok(SlipConstraintInitialReaction(b.con, 0, w, r));
-    ok(VecGetArrayRead(r, &p));
+    p = VecRead(r);
     Turn(-b.angle, p, a);
-    ok(VecRestoreArrayRead(r, &p));
     AssertNear(a[0], above ? -1.2 : -3, 1e-14);
     AssertNear(a[1], above ? 1.6 : 4, 1e-14);
     ok(VecSetValue(w, 0, cos(b.angle), INSERT_VALUES));
     ok(VecSetValue(w, 1, sin(b.angle), INSERT_VALUES));
     ok(SlipConstraintInitialReaction(b.con, 0, w, r));
-    ok(VecGetArrayRead(r, &p));
+    p = VecRead(r);
     Turn(-b.angle, p, a);
-    ok(VecRestoreArrayRead(r, &p));
     AssertNear(a[0], -b.q, 1e-14);
     AssertNear(a[1], 0, 1e-14);
     ObjectsDestroy(&w, &r);

@@ -31,16 +31,13 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
     PetscCall(VecScale(dq, -1));
   }
   PetscCall(VecGetLocalSize(q, &n));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(p->weakening, &w));
+  xx = VecRead(x);
+  w = VecRead(p->weakening);
   PetscCall(VecGetArray(q, &qq));
   for (PetscInt i = 0; i < n; i++)
     qq[i] += 100 - w[i] * (c == 1 ? PetscAbsReal(xx[i]) : hypot(xx[2 * i], xx[2 * i + 1]));
   for (PetscInt i = 0; i < p->nfree; i++) qq[i] = 0;
-  PetscCall(VecRestoreArray(q, &qq));
-  PetscCall(VecRestoreArrayRead(p->weakening, &w));
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(q, &qq);
 }
 
 /* G(x) = B (x - solution) - q(solution), q along x */
@@ -58,27 +55,23 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscCall(VecWAXPY(p->work, -1, p->solution, x));
   PetscCall(MatMult(p->l.B, p->work, g));
   PetscCall(VecGetLocalSize(g, &n));
-  PetscCall(VecGetArrayRead(strength, &q));
+  q = VecRead(strength);
   PetscCall(VecGetArray(g, &a));
   for (PetscInt i = 0; i < n; i++) a[i] -= p->omega * q[i / c] * (c == 1 ? 1 : PetscSqrtReal(0.5) * (i % 2 ? -1 : 1));
   PetscCall(VecRestoreArray(g, &a));
-  PetscCall(VecRestoreArrayRead(strength, &q));
-  PetscCall(VecDestroy(&strength));
-  return PETSC_SUCCESS;
+  return VecDestroy(&strength);
 }
 
 static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 {
   PetscCall(VecCopy(((const Modes *)ctx)->start, dq));
-  PetscCall(VecScale(dq, -1));
-  return PETSC_SUCCESS;
+  return VecScale(dq, -1);
 }
 
 static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 {
   *C = ((const Modes *)ctx)->C;
-  PetscCall(VecSet(a, 1));
-  return PETSC_SUCCESS;
+  return VecSet(a, 1);
 }
 
 /* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so
@@ -100,8 +93,7 @@ static Mat Dense(PetscInt n, PetscInt c, PetscInt d, const PetscReal a[], PetscR
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt k = 0; k < PetscMin(c, d); k++)
         ok(MatSetValue(A, c * i + k, d * j + k, a[i * n + j] - (i == j ? less : 0), INSERT_VALUES));
-  ok(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-  ok(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  ok(MatAssemble(A));
   return A;
 }
 
@@ -112,8 +104,7 @@ static Vec Column(PetscInt n, PetscInt c, const PetscReal a[])
 
   ok(VecCreateSeq(PETSC_COMM_SELF, c * n, &v));
   for (PetscInt i = 0; i < c * n; i++) ok(VecSetValue(v, i, i % c ? -a[i / c] : a[i / c], INSERT_VALUES));
-  ok(VecAssemblyBegin(v));
-  ok(VecAssemblyEnd(v));
+  ok(VecAssemble(v));
   return v;
 }
 
@@ -149,8 +140,7 @@ static PetscBool Refused(const Case *c)
     ok(MatCreateSlipRadiation(K, c->eta, &H));
     ok(MatCreateSlipStage(K, H, 0, &p.l.B));
     ok(MatSlipStageSetTheta(p.l.B, 1));
-    ok(MatDestroy(&K));
-    ok(MatDestroy(&H));
+    ObjectsDestroy(&K, &H);
   }
   ok(MatScale(p.C, 1 / p.omega));
   ok(VecScale(p.weakening, 1 / p.omega));

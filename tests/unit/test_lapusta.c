@@ -18,14 +18,12 @@ static PetscErrorCode Rates(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   p.evaluations++;
   PetscCall(VecCopy(u, f));
   PetscCall(VecScale(f, p.jumps ? 0 : p.rate));
-  PetscCall(VecShift(f, p.jumps ? (t >= 1.25 ? 1 : 0) : 2 * t));
-  return PETSC_SUCCESS;
+  return VecShift(f, p.jumps ? (t >= 1.25 ? 1 : 0) : 2 * t);
 }
 
 static PetscErrorCode Follow(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx)
 {
-  PetscCall(VecWAXPY(w1, h, F, w0));
-  return PETSC_SUCCESS;
+  return VecWAXPY(w1, h, F, w0);
 }
 
 static PetscErrorCode Shortest(TS ts, PetscReal *step, void *ctx)

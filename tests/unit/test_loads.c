@@ -67,9 +67,9 @@ static SlipFault Fault(void)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
   ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
                    {"initial_traction", 1e7}));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
   return fault;
 }
 
@@ -154,10 +154,8 @@ static void source_of_planes(void **state)
   ok(SlipH5Close(&h5));
   for (int wrong = 0; wrong < 2; wrong++) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-    ok(SlipFaultSetReal(fault, "normal_stress", 5e7));
-    ok(SlipFaultSetString(fault, "mesh", file));
-    ok(SlipFaultSetString(fault, "injection", wrong ? "0,5000" : "0,300,5000"));
-    ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}));
+    ok(FaultSetStrings(fault, {"mesh", file}, {"injection", wrong ? "0,5000" : "0,300,5000"}));
+    ok(FaultSetReals(fault, {"normal_stress", 5e7}, {"injection_pressure", p}, {"injection_diffusivity", D}));
     if (wrong)
       fails(SlipFaultSetUp(fault), "-fault_injection is \"0,5000\"");
     else
@@ -205,8 +203,7 @@ static PetscReal Slip(const char file[], PetscReal largest, PetscReal *opened)
   TS ts;
   Vec w;
 
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-  ok(SlipFaultSetString(fault, "friction_law", "constant"));
+  ok(FaultSetStrings(fault, {"viscosity", "radiation"}, {"friction_law", "constant"}));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));
   if (file)
     ok(SlipFaultSetString(fault, "pore_pressure", file));
@@ -306,8 +303,7 @@ static void corners(void **state)
     ok(FaultSetReals(fault, {"friction_residual", weakens ? mu - 0.1 : mu}, {"friction_drop", 0.1},
                      {"friction_slip", kind == 2 ? D / 2 : 10 * D}));
     ok(SlipFaultSetInertia(fault, PETSC_FALSE));
-    ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-    ok(SlipFaultSetString(fault, "pore_pressure", file));
+    ok(FaultSetStrings(fault, {"viscosity", "radiation"}, {"pore_pressure", file}));
     if (stops) {
       ok(SlipFaultSetString(fault, "injection", "500,750"));
       ok(FaultSetReals(fault, {"injection_pressure", 1e3}, {"injection_diffusivity", 1}, {"injection_stop", 3.5}));

@@ -16,8 +16,7 @@ static void Fill(Vec x)
 
   ok(VecGetSize(x, &n));
   for (PetscInt i = 0; i < n; i++) ok(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-  ok(VecAssemblyBegin(x));
-  ok(VecAssemblyEnd(x));
+  ok(VecAssemble(x));
 }
 
 static Mat Stiffness(PetscReal depth_top, PetscBool full_space, const char *type)
@@ -119,9 +118,8 @@ static void test_contraction_without_grid(void **state)
   const PetscScalar *a;
 
   ok(PetscMalloc1(N * N, &entries));
-  ok(MatDenseGetArrayRead(K, &a));
+  a = MatRead(K);
   ok(PetscArraycpy(entries, a, N * N));
-  ok(MatDenseRestoreArrayRead(K, &a));
   ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, N, entries, "test", &bare));
   worst = WorstContraction(bare);
   print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
@@ -133,8 +131,7 @@ static void test_contraction_without_grid(void **state)
 static void FillDirection(Vec x, PetscInt j)
 {
   for (PetscInt i = 0; i < N; i++) ok(VecSetValue(x, i, PetscCosReal(0.3 * j + 0.1 * (j + 1) * i), INSERT_VALUES));
-  ok(VecAssemblyBegin(x));
-  ok(VecAssemblyEnd(x));
+  ok(VecAssemble(x));
 }
 
 /* Largest |A x - B x| / |B x| of directions first to last; largest asymmetry of A between them and another vector. */
@@ -305,8 +302,7 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   Fill(x);
   for (PetscInt k = 0; k < 30; k++) { /* more than are remembered */
     ok(VecSetValue(x, 17 * k % n, PetscPowRealInt(0.4, (int)k), ADD_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     ok(MatMult(exact, x, y));
     ok(MatMult(H, x, z));
     ok(VecNorm(y, NORM_2, &size));
@@ -371,8 +367,7 @@ static void test_waves_of_deep_grid(void **state)
       Fill(z);
       if (k == 1) ok(VecScale(x, 1e-8));
       if (k > 1) ok(VecSetValue(z, 7 * k, 3, INSERT_VALUES));
-      ok(VecAssemblyBegin(z));
-      ok(VecAssemblyEnd(z));
+      ok(VecAssemble(z));
       ok(VecAXPY(x, PetscPowRealInt(0.1, k - 1), z));
     }
     ok(MatMult(exact, x, y));
@@ -388,8 +383,7 @@ static void test_waves_of_deep_grid(void **state)
        k++) { /* few digits, which few steps a wavenumber have; parts that are known are off as well */
     Fill(z);
     for (PetscInt i = 0; i < 100; i++) ok(VecSetValue(z, 13 * i + k, 10, INSERT_VALUES));
-    ok(VecAssemblyBegin(z));
-    ok(VecAssemblyEnd(z));
+    ok(VecAssemble(z));
     ok(VecAYPX(x, 0.5, z));
     ok(MatMult(exact, x, y));
     ok(MatMult(H, x, z));

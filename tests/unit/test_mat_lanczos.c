@@ -43,8 +43,7 @@ static void Fill(Vec x, int kind)
                    : kind == 1 ? PetscSinReal(37.0 * (PetscReal)i * (PetscReal)i)
                                : (i == n - 1 ? 1.0 : 0.0),
                    INSERT_VALUES));
-  ok(VecAssemblyBegin(x));
-  ok(VecAssemblyEnd(x));
+  ok(VecAssemble(x));
 }
 
 /* |H x - exact x| / |exact x| */
@@ -167,8 +166,7 @@ static void test_a_factorised_root_comes_once_it_pays(void **state)
     if (A == B) break;
     for (PetscInt i = 0; i < N; i++)
       ok(VecSetValue(x, i, PetscSinReal((37.0 + (PetscReal)n) * (PetscReal)(i * i)), INSERT_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     if (n < 10) assert_true(Error(H, exact, x) < 3e-8);
     ok(MatMult(H, x, y));
     ok(MatSlipStageSetTheta(B, 0.5));
@@ -242,9 +240,7 @@ static void test_options_have_one_owner(void **state)
   ok(PetscOptionsClearValue(NULL, "-two_mat_slipsqrtm_setup"));
   ok(PetscOptionsClearValue(NULL, "-two_mat_slipstage_jacobian"));
   ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
-  for (int k = 0; k < 3; k++) {
-    ObjectsDestroy(&B[k], &H[k], &K[k]);
-  }
+  for (int k = 0; k < 3; k++) ObjectsDestroy(&B[k], &H[k], &K[k]);
   ObjectsDestroy(&x, &plain, &exact);
 }
 
@@ -315,8 +311,7 @@ static void test_allowed_error(void **state)
       for (int k = 0; k < 30; k++) {
         for (PetscInt i = 0; i < n; i++)
           ok(VecSetValue(x, i, 1 + PetscTanhReal(k / 3.0 - 10.0 * (PetscReal)i / (PetscReal)n), INSERT_VALUES));
-        ok(VecAssemblyBegin(x));
-        ok(VecAssemblyEnd(x));
+        ok(VecAssemble(x));
         worst = PetscMax(worst, Error(H, exact, x));
       }
       products[within] = Products() - before;

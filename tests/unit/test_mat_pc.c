@@ -20,16 +20,12 @@ static PetscErrorCode JacobianMult(Mat J, Vec x, Vec y)
   PetscCall(MatShellGetContext(J, &p));
   PetscCall(VecPointwiseMult(p->work, p->mask, x));
   PetscCall(MatMult(p->B, p->work, y));
-  PetscCall(VecGetArrayRead(p->mask, &m));
-  PetscCall(VecGetArrayRead(p->slope, &d));
-  PetscCall(VecGetArrayRead(x, &px));
+  m = VecRead(p->mask);
+  d = VecRead(p->slope);
+  px = VecRead(x);
   PetscCall(VecGetArray(y, &py));
   for (PetscInt i = 0; i < p->n; i++) py[i] = m[i] * py[i] + d[i] * m[i] * px[i] + (1 - m[i]) * px[i];
-  PetscCall(VecRestoreArray(y, &py));
-  PetscCall(VecRestoreArrayRead(x, &px));
-  PetscCall(VecRestoreArrayRead(p->slope, &d));
-  PetscCall(VecRestoreArrayRead(p->mask, &m));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(y, &py);
 }
 
 static Mat StageOf(PetscInt n, const char *type)
@@ -220,7 +216,7 @@ static void test_symbol_by_plain_sums(void **state)
       ok(VecSet(e, 0));
       ok(VecSetValue(e, j, 1, INSERT_VALUES));
       ok(PCApply(pc, e, y));
-      ok(VecGetArrayRead(y, &got));
+      got = VecRead(y);
       for (PetscInt i = 0; i < N; i++) {
         const PetscInt dx = PetscAbsInt(i % nx - j % nx), iz = i / nx, jz = j / nx;
         PetscReal want = kernel[dx * (Q + 1) + PetscAbsInt(iz - jz)];
@@ -229,7 +225,6 @@ static void test_symbol_by_plain_sums(void **state)
         worst = PetscMax(worst, PetscAbsReal(got[i] - want));
         size = PetscMax(size, PetscAbsReal(want));
       }
-      ok(VecRestoreArrayRead(y, &got));
     }
     print_message("symbol by plain sums, grid %zu: %.1e relative\n", r, (double)(worst / size));
     assert_true(worst < 1e-13 * size);

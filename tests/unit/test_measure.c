@@ -19,8 +19,7 @@ static Run start(const char options[])
 {
   Run r;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}));
   ok(FaultStart(r.fault, TSADAPTRL, 0, 0, &r.w, &r.ts));

@@ -227,9 +227,8 @@ static void turned_grid(void **state)
 
   for (int f = 0; f < 2; f++) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault[f]));
+    ok(FaultSetStrings(fault[f], {"operator", f ? "hmat" : "dense"}, {"viscosity", "radiation"}));
     ok(FaultSetReals(fault[f], {"nx", NX}, {"nz", NZ}, {"strike", f ? 50 : 0}));
-    ok(SlipFaultSetString(fault[f], "operator", f ? "hmat" : "dense"));
-    ok(SlipFaultSetString(fault[f], "viscosity", "radiation"));
     ok(SlipFaultSetUp(fault[f]));
     ok(SlipFaultGetOperators(fault[f], &K[f], NULL, NULL));
     ok(MatConvert(K[f], MATDENSE, MAT_INITIAL_MATRIX, &K[f]));
@@ -238,10 +237,7 @@ static void turned_grid(void **state)
   ok(MatAXPY(K[1], -1, K[0], SAME_NONZERO_PATTERN));
   ok(MatNorm(K[1], NORM_FROBENIUS, &error));
   assert_true(error < 1e-12 * norm); /* one block, which is stored as it is */
-  for (int f = 0; f < 2; f++) {
-    ok(MatDestroy(&K[f]));
-    ok(SlipFaultDestroy(&fault[f]));
-  }
+  for (int f = 0; f < 2; f++) ObjectsDestroy(&K[f], &fault[f]);
 }
 
 /* ---- triangles ---- */
@@ -281,9 +277,7 @@ static SlipFault FaultOfTriangles(PetscInt n, const PetscReal vertex[][3], const
   ok(SlipH5WriteReal(&h, "/fault", 1, triangles, label, NULL));
   ok(SlipH5Close(&h));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetString(fault, "mesh", file));
-  ok(SlipFaultSetString(fault, "initial", "rest"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(FaultSetStrings(fault, {"mesh", file}, {"initial", "rest"}, {"viscosity", "radiation"}));
   ok(SlipFaultSetUp(fault));
   assert_int_equal(0, TempDirRemove(dir));
   return fault;

@@ -122,8 +122,7 @@ static PetscErrorCode Vary(TS ts)
 
   PetscCall(TSGetApplicationContext(ts, (void *)&h));
   PetscCall(TSGetStepNumber(ts, &step));
-  PetscCall(TSSetTimeStep(ts, *h * share[step % 3]));
-  return PETSC_SUCCESS;
+  return TSSetTimeStep(ts, *h * share[step % 3]);
 }
 
 /* Errors at the end of the slip of all blocks and of the energy, with steps that vary or do not */
@@ -296,8 +295,7 @@ static void Run(const char options[], const char type[], PetscReal end, PetscInt
   TS ts;
   Vec w;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &c->fault));
   ok(SlipFaultSetFromOptions(c->fault));
   c->n = 0;
@@ -373,8 +371,7 @@ static PetscErrorCode Alternate(TS ts)
   PetscInt step;
 
   PetscCall(TSGetStepNumber(ts, &step));
-  PetscCall(TSBatheSetMethod(ts, step / 3 % 2 ? TSBATHE_METHOD_EXPLICIT : TSBATHE_METHOD_IMPLICIT));
-  return PETSC_SUCCESS;
+  return TSBatheSetMethod(ts, step / 3 % 2 ? TSBATHE_METHOD_EXPLICIT : TSBATHE_METHOD_IMPLICIT);
 }
 
 static PetscErrorCode CountMethods(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)

@@ -25,8 +25,7 @@ static PetscErrorCode Create(SlipFault fault, TS ts, PetscBool *wanted, void **c
 
   assert_int_equal(*wanted, PETSC_TRUE);
   m->created++;
-  PetscCall(SlipFaultCreateState(fault, &m->before));
-  return PETSC_SUCCESS;
+  return SlipFaultCreateState(fault, &m->before);
 }
 
 static PetscErrorCode LayOut(SlipFault fault, SlipOutput output, void *ctx)
@@ -37,8 +36,7 @@ static PetscErrorCode LayOut(SlipFault fault, SlipOutput output, void *ctx)
 
   m->output = output;
   PetscCall(SlipOutputAddTable(output, "/mine", 2, columns, entries, &m->table));
-  PetscCall(SlipOutputAddAttribute(output, "/mine", "answer", 42));
-  return PETSC_SUCCESS;
+  return SlipOutputAddAttribute(output, "/mine", "answer", 42);
 }
 
 static PetscErrorCode Start(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
@@ -69,8 +67,7 @@ static PetscErrorCode Step(SlipFault fault, TS ts, PetscInt step, PetscReal time
   PetscCall(VecCopy(w, m->before));
   row[1] = m->largest;
   row[2] = m->way;
-  PetscCall(SlipOutputAddRows(m->output, m->table, 1, row));
-  return PETSC_SUCCESS;
+  return SlipOutputAddRows(m->output, m->table, 1, row);
 }
 
 static PetscErrorCode Visit(SlipFault fault, SlipState state, void *ctx)
@@ -146,8 +143,8 @@ static void Run(const char output[], const char checkpoint[], const char restart
 
   mine = (Mine){0};
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   ok(SlipFaultSetString(fault, "output", output));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   if (checkpoint) ok(SlipFaultSetString(fault, "checkpoint", checkpoint));
   if (restart) ok(SlipFaultSetString(fault, "restart", restart));
   ok(FaultStart(fault, TSADAPTNONE, STEP, ROWS * STEP, &w, &ts));
@@ -223,8 +220,7 @@ static void refused_start(void **state)
 
   mine = (Mine){0};
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 3));
-  ok(SlipFaultSetReal(fault, "nz", 3));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   ok(FaultStart(fault, TSADAPTNONE, STEP, ROWS * STEP, &w, &ts));
   ok(SlipFaultSetString(fault, "catalogue", "no_such_folder/events.h5"));
   fails(SlipFaultOutputStart(fault, ts), "no_such_folder");

@@ -7,26 +7,21 @@
 static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   const Ode *ode = (const Ode *)ctx;
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
   PetscScalar *b;
 
-  PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   (*ode->f)(ode, t, a, b);
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  return PETSC_SUCCESS;
+  return VecRestoreArrayWrite(f, &b);
 }
 
 static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
   const Ode *ode = (const Ode *)ctx;
   PetscReal x[ODE_MAX_N], f[ODE_MAX_N], g[ODE_MAX_N];
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
 
-  PetscCall(VecGetArrayRead(y, &a));
   for (PetscInt i = 0; i < ode->n; i++) x[i] = a[i];
-  PetscCall(VecRestoreArrayRead(y, &a));
   (*ode->f)(ode, t, x, f);
   for (PetscInt j = 0; j < ode->n; j++) {
     const PetscReal keep = x[j];
@@ -36,9 +31,7 @@ static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *
     for (PetscInt i = 0; i < ode->n; i++) PetscCall(MatSetValue(P, i, j, (g[i] - f[i]) / (x[j] - keep), INSERT_VALUES));
     x[j] = keep;
   }
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  return PETSC_SUCCESS;
+  return MatAssemble(P);
 }
 
 /* A policy of three rows, with rejections; unit "h" */
@@ -66,8 +59,7 @@ static void by_petsc(const OdeEpisode *e, SlipPolicy policy, PetscInt *steps, Pe
 
   ok(VecCreateSeq(PETSC_COMM_SELF, ode->n, y));
   for (PetscInt i = 0; i < ode->n; i++) ok(VecSetValue(*y, i, ode->y0[i], INSERT_VALUES));
-  ok(VecAssemblyBegin(*y));
-  ok(VecAssemblyEnd(*y));
+  ok(VecAssemble(*y));
   ok(MatCreateSeqDense(PETSC_COMM_SELF, ode->n, ode->n, NULL, &J));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, e->pair == ODE_BATHE ? TSBATHE : TSRK));

@@ -36,13 +36,11 @@ static SlipFault Cells(PetscInt nx, PetscInt nz, PetscReal side, Course *course)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"friction_law", "constant"}, {"initial", "traction"},
+                     {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * side}, {"length_z", nz * side},
                    {"slip_components", 2}, {"normal_stress", 1e6}, {"normal_stress_gradient", 0},
                    {"friction_residual", 0.6}, {"friction_drop", 0}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "friction_law", "constant"));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   ok(SlipFaultSetBool(fault, "inertia", PETSC_FALSE));
   ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
   ok(SlipFaultSetPressureFunction(fault, Pressure, course));
@@ -92,9 +90,7 @@ static void Crack(PetscInt n, PetscReal strike, PetscReal dip, PetscReal *error,
   }
   *error = PetscSqrtReal(sum[0] / sum[1]);
   ok(PetscFree4(share, normal, open, slip));
-  ok(SlipFaultDestroy(&fault));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&fault, &w, &ts);
 }
 
 /* Stress at centres leaves an error of a share of a cell at the edge (the slip of a shear crack has the same): -cells
@@ -290,8 +286,7 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
   }
   l->time = time;
   l->power = power;
-  PetscCall(PetscFree(open));
-  return PETSC_SUCCESS;
+  return PetscFree(open);
 }
 
 /* A plane that dips by 30 degrees, 300 m below the ground, under shear, whose middle a pressure opens and lets fall

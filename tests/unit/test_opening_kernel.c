@@ -198,15 +198,12 @@ static void operators(void **state)
     ok(MatMult(Kn[0], u, n[1]));
     ok(MatSlipGetWeights(S[0], &weights));
     assert_true((weights != NULL) == (k == 0));
-    if (weights) ok(VecGetArrayRead(weights, &w));
-    ok(VecGetArrayRead(f[0], &a));
+    if (weights) w = VecRead(weights);
+    a = VecRead(f[0]);
     for (int both = 0; both < 2; both++) {
-      ok(VecGetArrayRead(n[both], &b));
+      b = VecRead(n[both]);
       for (PetscInt i = 0; i < c.n; i++) assert_true(b[i] == a[3 * i + 2] / (w ? w[3 * i + 2] : 1));
-      ok(VecRestoreArrayRead(n[both], &b));
     }
-    ok(VecRestoreArrayRead(f[0], &a));
-    if (weights) ok(VecRestoreArrayRead(weights, &w));
     for (int t = 0; t < 2; t++) ObjectsDestroy(&S[t], &Kn[t]);
     ObjectsDestroy(&u, &f[0], &f[1], &f[2], &n[0], &n[1]);
   }
@@ -223,7 +220,7 @@ static void opening_of_a_plane_makes_no_shear(void **state)
 
   grid.grid.kernel = (SlipKernel){&SlipKernelDippingOpening, 30e9, 0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE, NULL};
   ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "auto", &S, NULL));
-  ok(MatDenseGetArrayRead(S, &a));
+  a = MatRead(S);
   for (PetscInt j = 0; j < 90; j++)
     for (PetscInt i = 0; i < 90; i++) {
       const PetscReal entry = PetscAbsReal(a[j * 90 + i]);
@@ -234,7 +231,6 @@ static void opening_of_a_plane_makes_no_shear(void **state)
         most = PetscMax(most, entry);
       if (i == j && i % 3 == 2) own = PetscMax(own, entry);
     }
-  ok(MatDenseRestoreArrayRead(S, &a));
   assert_true(most > 0 && own > 0.5 * most && mixed < 1e-13 * most);
   ok(MatDestroy(&S));
 }
@@ -297,28 +293,23 @@ static void radiation(void **state)
   ok(MatMult(H, x, y));
   ok(MatGetDiagonal(H, d));
   ok(MatSlipGetWeights(S, &weights));
-  ok(VecGetArrayRead(weights, &w));
-  ok(VecGetArrayRead(y, &a));
-  ok(VecGetArrayRead(d, &k));
+  w = VecRead(weights);
+  a = VecRead(y);
+  k = VecRead(d);
   for (PetscInt i = 0; i < 3 * N; i++) {
     AssertNear(k[i], (i % 3 == 2 ? across : eta) * w[i], 1e-14 * across);
     AssertNear(a[i], 2 * k[i], 1e-14 * across);
   }
-  ok(VecRestoreArrayRead(d, &k));
-  ok(VecRestoreArrayRead(y, &a));
   ok(MatCreateSlipStage(S, H, mass, &B));
   ok(MatSlipStageSetTheta(B, theta));
   ok(MatMult(B, x, y));
   ok(MatDuplicate(S, MAT_COPY_VALUES, &L));
   ok(MatMult(L, x, d));
-  ok(VecGetArrayRead(y, &a));
-  ok(VecGetArrayRead(d, &b));
+  a = VecRead(y);
+  b = VecRead(d);
   for (PetscInt i = 0; i < 3 * N; i++)
     AssertNear(a[i], theta * b[i] + 2 * w[i] * (mass / theta + (i % 3 == 2 ? across : eta)),
                1e-12 * PetscAbsReal(b[i]) + 1e-9);
-  ok(VecRestoreArrayRead(d, &b));
-  ok(VecRestoreArrayRead(y, &a));
-  ok(VecRestoreArrayRead(weights, &w));
   ObjectsDestroy(&x, &y, &d, &S, &H, &B, &L);
 }
 

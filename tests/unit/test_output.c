@@ -15,15 +15,13 @@ static char dir[TEMPDIR_LENGTH], cwd[4096];
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec w, Vec f, void *ctx)
 {
   PetscCall(VecCopy(w, f));
-  PetscCall(VecScale(f, -1));
-  return PETSC_SUCCESS;
+  return VecScale(f, -1);
 }
 
 static PetscErrorCode Row(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
 {
   PetscCheck(!r, PETSC_COMM_SELF, PETSC_ERR_PLIB, "there is no constraint");
-  PetscCall(VecSum(w, row));
-  return PETSC_SUCCESS;
+  return VecSum(w, row);
 }
 
 /* A run from step `from` to step `to` */
@@ -42,8 +40,7 @@ static PetscErrorCode Start(const char file[], PetscInt from, PetscInt to, Vec w
   PetscCall(TSSetMaxTime(*ts, 100));
   PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
   PetscCall(TSSetSolution(*ts, w));
-  PetscCall(SlipOutputCreate(*ts, file, 1, &column, Row, NULL, out));
-  return PETSC_SUCCESS;
+  return SlipOutputCreate(*ts, file, 1, &column, Row, NULL, out);
 }
 
 /* Rows of a series, and the attribute complete; of a copy, as HDF5 would find what this process itself writes */

@@ -7,8 +7,7 @@ static TrainOptions Options(const char text[])
 {
   TrainOptions o;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, text));
+  ok(SetOptions(text));
   ok(TrainOptionsSet(PETSC_COMM_SELF, &o));
   return o;
 }

@@ -38,9 +38,8 @@ static PetscReal Run(PetscBool quasi, PetscReal stage_error, PetscInt steps, Pet
 
   ok(PetscLogDefaultBegin());
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"stiffness_scaling", "mean_slip"}, {"operator", "fft"}));
   ok(FaultSetReals(fault, {"nx", 16}, {"nz", 12}, {"length_x", 3000}, {"length_z", 2250}));
-  ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
-  ok(SlipFaultSetString(fault, "operator", "fft"));
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch")); /* products are K's and H's own */
   if (quasi) {
     ok(SlipFaultSetString(fault, "viscosity", "radiation"));
@@ -151,16 +150,15 @@ static void solutions_come_with_their_product(void **state)
   PetscErrorCode (*get)(KSP, Vec *);
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 8}, {"nz", 6}));
   ok(SlipFaultSetString(fault, "operator", "fft"));
+  ok(FaultSetReals(fault, {"nx", 8}, {"nz", 6}));
   ok(FaultStart(fault, TSADAPTNONE, 0.1, 0.2, &w, &ts));
   ok(SlipElasticStage(fault->medium, 0, 0.3));
   ok(SlipElasticGetStage(fault->medium, &B, NULL));
   ok(MatCreateVecs(B, &mask, &slope));
   VecsDuplicate(mask, &rhs, &x, &expected);
   for (PetscInt i = 0; i < 48; i++) ok(VecSetValue(mask, i, i % 5 && i < 40, INSERT_VALUES));
-  ok(VecAssemblyBegin(mask));
-  ok(VecAssemblyEnd(mask));
+  ok(VecAssemble(mask));
   ok(VecZeroEntries(slope));
   Fill(rhs, 2);
   ok(VecPointwiseMult(rhs, rhs, mask));
@@ -194,8 +192,8 @@ static void failed_setups_leave_nothing(void **state)
 
   for (int i = 0; i < 40; i++) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-    ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}));
     ok(SlipFaultSetString(fault, "stiffness_file", "missing.h5"));
+    ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}));
     fails(SlipFaultSetUp(fault), "missing.h5");
     ok(SlipFaultDestroy(&fault));
   }

@@ -15,10 +15,9 @@ static SlipFault Fault(const char law[], PetscReal nx, PetscReal nz)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"friction_law", law}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * length}, {"length_z", nz * width},
                    {"normal_stress", sigma}, {"normal_stress_gradient", 0}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "friction_law", law));
   return fault;
 }
 
@@ -107,8 +106,8 @@ static void others(void **state)
   SlipFault fault = Fault("rate_weakening", NX, NZ);
   PetscReal mass;
 
-  ok(SlipFaultSetReal(fault, "friction_rate", rate));
   ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(SlipFaultSetReal(fault, "friction_rate", rate));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetOperators(fault, NULL, NULL, &mass));
   assert_true(fault->resolution.known && !fault->resolution.zone);
@@ -178,8 +177,7 @@ static void inertia_and_viscosity(void **state)
     SlipFault fault = Fault(rows[k].law, NX, NZ);
     char text[32];
 
-    ok(SlipFaultSetString(fault, "initial", rows[k].initial));
-    ok(SlipFaultSetString(fault, "viscosity", rows[k].viscosity));
+    ok(FaultSetStrings(fault, {"initial", rows[k].initial}, {"viscosity", rows[k].viscosity}));
     ok(FaultSetReals(fault, {"loading_rate", 1e-9}, {"initial_traction", 0.5 * sigma}));
     if (rows[k].given >= 0) ok(SlipFaultSetInertia(fault, rows[k].given ? PETSC_TRUE : PETSC_FALSE));
     ok(SlipFaultSetUp(fault));

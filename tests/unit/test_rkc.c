@@ -30,9 +30,7 @@ static PetscErrorCode Rates(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
     break;
   }
   PetscCall(VecSetValue(f, 0, value, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(f));
-  PetscCall(VecAssemblyEnd(f));
-  return PETSC_SUCCESS;
+  return VecAssemble(f);
 }
 
 static Problem *domain; /* PETSc's function of it has no context */

@@ -225,8 +225,7 @@ static void named(void **state)
   ok(TSBatheGetLastAttempt(ts, &attempt));
   assert_true(attempt.accepted);
   AssertNear(attempt.dt, factor * PetscPowReal(1e-2, power) * tstar, 1e-12);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   ok(RunEpisodeDestroy(&e));
   ok(SlipPolicyDestroy(&expected));
 }

@@ -104,10 +104,9 @@ typedef struct {
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   const Stage *s = (const Stage *)ctx;
-  const PetscReal *v;
+  const PetscReal *v = VecRead(x);
   PetscReal *strength, *slope = NULL;
 
-  PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArray(q, &strength));
   if (dq) PetscCall(VecGetArray(dq, &slope));
   for (PetscInt i = 0; i < N; i++) {
@@ -116,20 +115,17 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
     SlipFrictionStrength(&f, 1, s->theta, 1, &s->s0[i], 1, &v[i], &strength[i], slope ? &slope[i] : NULL);
   }
   if (dq) PetscCall(VecRestoreArray(dq, &slope));
-  PetscCall(VecRestoreArray(q, &strength));
-  PetscCall(VecRestoreArrayRead(x, &v));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(q, &strength);
 }
 
 static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable,
                                  void *ctx)
 {
   const Stage *s = (const Stage *)ctx;
-  const PetscReal *d, *load;
+  const PetscReal *d = VecRead(D), *load;
   PetscReal *v;
 
-  PetscCall(VecGetArrayRead(D, &d));
-  PetscCall(VecGetArrayRead(f, &load));
+  load = VecRead(f);
   PetscCall(VecGetArray(x, &v));
   for (PetscInt i = 0; i < N; i++) {
     const SlipFrictionCells cells = Cell(&s->sigma[i], PETSC_FALSE);
@@ -139,10 +135,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
     v[i] = i == s->fixed ? 1e-3 : SlipFrictionStageRate(&cells, 0, &cell, load[i], v[i], &stable);
     if (!stable) *unstable = PETSC_TRUE;
   }
-  PetscCall(VecRestoreArray(x, &v));
-  PetscCall(VecRestoreArrayRead(f, &load));
-  PetscCall(VecRestoreArrayRead(D, &d));
-  return PETSC_SUCCESS;
+  return VecRestoreArray(x, &v);
 }
 
 static PetscErrorCode Prescribed(SlipConstraint con, Vec mask, void *ctx)
@@ -150,9 +143,7 @@ static PetscErrorCode Prescribed(SlipConstraint con, Vec mask, void *ctx)
   const PetscInt fixed = ((const Stage *)ctx)->fixed;
 
   if (fixed >= 0) PetscCall(VecSetValue(mask, fixed, 0, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(mask));
-  PetscCall(VecAssemblyEnd(mask));
-  return PETSC_SUCCESS;
+  return VecAssemble(mask);
 }
 
 /* B = 5e6 + theta K of a chain that falls off like 1/r^3, driven by stresses on both sides of the friction */
@@ -175,10 +166,8 @@ static void Create(PetscReal theta, PetscInt fixed, Stage *s, SlipConstraint *co
       ok(MatSetValue(s->l.B, i, j, i == j ? 5e6 + 3e6 * theta : -4e5 * theta / pow(labs((long)(i - j)), 3),
                      INSERT_VALUES));
   }
-  ok(MatAssemblyBegin(s->l.B, MAT_FINAL_ASSEMBLY));
-  ok(MatAssemblyEnd(s->l.B, MAT_FINAL_ASSEMBLY));
-  ok(VecAssemblyBegin(s->l.load));
-  ok(VecAssemblyEnd(s->l.load));
+  ok(MatAssemble(s->l.B));
+  ok(VecAssemble(s->l.load));
   ok(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, s->l.load, con));
 }
 
@@ -230,13 +219,12 @@ static void many_cells(void **state)
         Vec x, g;
 
         Create(0.01, fixed, &s, &con);
-        ok(VecDuplicate(s.l.load, &x));
-        ok(VecDuplicate(s.l.load, &g));
+        VecsDuplicate(s.l.load, &x, &g);
         assert_true(Solve(con, from[k], direct, x, &its) > 0);
         assert_true(its <= 12);
         ok(MatMult(s.l.B, x, g));
         ok(VecAXPY(g, -1, s.l.load));
-        ok(VecGetArrayRead(x, &v));
+        v = VecRead(x);
         for (PetscInt i = 0; i < N; i++) {
           const PetscReal friction = copysign(s.sigma[i] * Friction(PETSC_FALSE, s.theta, s.s0[i], fabs(v[i])), v[i]);
           PetscReal balance;
@@ -248,7 +236,6 @@ static void many_cells(void **state)
             assert_true(fabs(balance + friction) < 1e-12 * 1.8e7);
         }
         assert_true(v[2] < 0);
-        ok(VecRestoreArrayRead(x, &v));
         ObjectsDestroy(&x, &g);
         Destroy(&s, &con);
       }

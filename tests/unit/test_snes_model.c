@@ -36,8 +36,7 @@ static PetscErrorCode Create(PetscInt n, PetscReal share, String *s)
     PetscCall(
       VecSetValue(s->l.load, i, 50 * PetscExpReal(-PetscSqr(((PetscReal)(i + 1) * h - 0.5) / 0.2)), INSERT_VALUES));
   }
-  PetscCall(MatAssemblyBegin(s->l.B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(s->l.B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemble(s->l.B));
   s->A = NULL;
   if (share == 0) return PETSC_SUCCESS;
   PetscCall(MatDuplicate(s->l.B, MAT_COPY_VALUES, &s->A));
@@ -46,8 +45,7 @@ static PetscErrorCode Create(PetscInt n, PetscReal share, String *s)
   PetscCall(PetscContainerSetPointer(box, s));
   PetscCall(PetscObjectCompose((PetscObject)s->l.B, "String", (PetscObject)box));
   PetscCall(PetscContainerDestroy(&box));
-  PetscCall(PetscObjectComposeFunction((PetscObject)s->l.B, "MatSlipGetApproximation_C", Approximation));
-  return PETSC_SUCCESS;
+  return PetscObjectComposeFunction((PetscObject)s->l.B, "MatSlipGetApproximation_C", Approximation);
 }
 
 /* The solution from rest, Newton iterations and products with B. */
@@ -73,12 +71,7 @@ static PetscErrorCode Solve(PetscInt n, PetscReal share, Vec *x, PetscInt *its, 
   PetscCall(SNESGetIterationNumber(snes, its));
   PetscCheck(reason > 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "not converged: %d", (int)reason);
   *products = s.l.products;
-  PetscCall(SNESDestroy(&snes));
-  PetscCall(SlipConstraintDestroy(&con));
-  PetscCall(MatDestroy(&s.l.B));
-  PetscCall(MatDestroy(&s.A));
-  PetscCall(VecDestroy(&s.l.load));
-  return PETSC_SUCCESS;
+  return DestroyObjects(&snes, &con, &s.l.B, &s.A, &s.l.load);
 }
 
 static void test_products(void **state)

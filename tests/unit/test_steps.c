@@ -188,8 +188,7 @@ static Run start(const char options[], PetscBool rupture)
 {
   Run r;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(SlipFaultSetReal(r.fault, "nx", 2));
   if (rupture) {
@@ -347,12 +346,10 @@ static void explicit_ruptures(void **state)
       TSType type;
       TS ts;
 
-      ok(PetscOptionsClear(NULL));
-      ok(PetscOptionsInsertString(NULL, rows[i].options));
+      ok(SetOptions(rows[i].options));
       ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-      ok(SlipFaultSetReal(fault, "nx", 2));
       ok(SlipFaultSetString(fault, "initial", "traction"));
-      ok(SlipFaultSetReal(fault, "initial_traction", 1.4e7));
+      ok(FaultSetReals(fault, {"nx", 2}, {"initial_traction", 1.4e7}));
       ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
       ok(SlipFaultSetFromOptions(fault));
       ok(SlipFaultSetUp(fault));
@@ -545,8 +542,7 @@ static void refused(void **state)
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   fails(SlipFaultSetReal(fault, "accuracy", 0.11), "-fault_accuracy is 0.11, expected a number >= 0.001 and <= 0.1");
   fails(SlipFaultSetReal(fault, "accuracy", 9e-4), "-fault_accuracy is 0.0009, expected a number >= 0.001 and <= 0.1");
-  ok(SlipFaultSetReal(fault, "accuracy", 0.1));
-  ok(SlipFaultSetReal(fault, "accuracy", 1e-3));
+  ok(FaultSetReals(fault, {"accuracy", 0.1}, {"accuracy", 1e-3}));
   ok(SlipFaultDestroy(&fault));
 }
 

@@ -13,11 +13,10 @@ static SlipFault Cells(PetscInt n, PetscInt components, PetscBool inertia)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"initial", "traction"}, {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"nx", (PetscReal)n}, {"nz", 1}, {"length_x", 1000 * (PetscReal)n}, {"length_z", 1000},
                    {"normal_stress", 50e6}, {"normal_stress_gradient", 0}, {"friction_slip", weakening},
                    {"initial_traction", 1e7}, {"thickness", 1000}));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   if (components > 1) ok(SlipFaultSetReal(fault, "slip_components", 2));
   ok(SlipFaultSetInertia(fault, inertia));
   return fault;
@@ -212,8 +211,8 @@ static void pressure(void **state)
     Vec d;
     Vec w;
 
-    ok(FaultSetReals(fault, {"depth_top", 1000}, {"friction_a", a}, {"friction_b", b}));
     ok(SlipFaultSetString(fault, "friction_law", opens ? "linear_slip_weakening" : "rate_and_state"));
+    ok(FaultSetReals(fault, {"depth_top", 1000}, {"friction_a", a}, {"friction_b", b}));
     if (opens)
       ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
     else
@@ -280,8 +279,8 @@ static void work_of_an_error(void **state)
   assert_int_equal(0, TempDirMake("tolerance", dir));
   snprintf(file, sizeof(file), "%s/o.h5", dir);
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}, {"dip", 40}, {"rake", 90}, {"depth_top", 500}));
   ok(SlipFaultSetString(fault, "output", file));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}, {"dip", 40}, {"rake", 90}, {"depth_top", 500}));
   ok(FaultStart(fault, TSADAPTNONE, 0.5, 0, &w, &ts));
   ok(TSSetMaxSteps(ts, 1));
   ok(TSSetSolution(ts, w));
@@ -295,9 +294,9 @@ static void work_of_an_error(void **state)
   ok(MatCreateVecs(K, &u, &ku));
   ok(SlipFaultGetDisplacement(fault, w, u));
   ok(MatMult(K, u, ku));
-  ok(VecGetArrayRead(w, &a));
-  ok(VecGetArrayRead(error, &e));
-  ok(VecGetArrayRead(ku, &f));
+  a = VecRead(w);
+  e = VecRead(error);
+  f = VecRead(ku);
   for (PetscInt i = 0; i < CELLS; i++) {
     PetscReal mu, ds, dv;
 
@@ -305,9 +304,6 @@ static void work_of_an_error(void **state)
     work += mass * a[3 * i] * e[3 * i] + f[i] * e[3 * i + 1] + mu * sigma[i] * e[3 * i + 2];
     change += mu * (sigma[i] - fault->fields.cell[FIELD_NORMAL_STRESS][i]) * e[3 * i + 2];
   }
-  ok(VecRestoreArrayRead(ku, &f));
-  ok(VecRestoreArrayRead(error, &e));
-  ok(VecRestoreArrayRead(w, &a));
   /* sums of terms that cancel in part, each to rounding; what slip has changed is far more */
   assert_true(fabs(change) > 1e-4 * fabs(work));
   AssertNear(fault->run->error.work[0] / (scale * work), 1, 1e-9);

@@ -85,8 +85,8 @@ static void entries(void **state)
   for (PetscInt i = 0; i < c.n; i++) mean += c.length[i] * c.width[i] / c.n;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &S));
   ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &Kn));
-  ok(MatDenseGetArrayRead(S, &s));
-  ok(MatDenseGetArrayRead(Kn, &n));
+  s = MatRead(S);
+  n = MatRead(Kn);
   for (PetscInt k = 0; k < c.n * c.n; k++) most = PetscMax(most, PetscAbsReal(s[k]));
   for (PetscInt j = 0; j < c.n; j++)
     for (PetscInt i = 0; i < c.n; i++) {
@@ -99,10 +99,7 @@ static void entries(void **state)
       AssertNear(s[j * c.n + i],
                  (c.length[i] * c.width[i] * there[0] + c.length[j] * c.width[j] * back[0]) / (2 * mean), 1e-12 * most);
     }
-  ok(MatDenseRestoreArrayRead(S, &s));
-  ok(MatDenseRestoreArrayRead(Kn, &n));
-  ok(MatDestroy(&S));
-  ok(MatDestroy(&Kn));
+  ObjectsDestroy(&S, &Kn);
 }
 
 /* Hierarchical storage against dense, of random and of uniform slip. Blocks are off by the tolerance in their own norm,
@@ -134,11 +131,7 @@ static void hierarchical(void **state)
       ok(VecNorm(a, NORM_2, &norm));
       AssertVecNear(b, a, NORM_2, 10 * tolerance * norm);
     }
-    ok(VecDestroy(&u));
-    ok(VecDestroy(&a));
-    ok(VecDestroy(&b));
-    ok(MatDestroy(&dense));
-    ok(MatDestroy(&hmat));
+    ObjectsDestroy(&u, &a, &b, &dense, &hmat);
   }
 }
 
@@ -172,8 +165,8 @@ static void averages(void **state)
     plane.kernel.full_space = triangles.kernel.full_space = (PetscBool)space;
     ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &plane, "dense", 1e-6, &S));
     ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &triangles, "dense", 1e-6, &T2));
-    ok(MatDenseGetArrayRead(S, &s));
-    ok(MatDenseGetArrayRead(T2, &t));
+    s = MatRead(S);
+    t = MatRead(T2);
     for (PetscInt k = 0; k < n; k++) most = PetscMax(most, s[k * (n + 1)]);
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt i = 0; i < n; i++) {
@@ -183,10 +176,7 @@ static void averages(void **state)
 
         AssertNear(0.5 * sum, s[j * n + i], (space ? 1e-12 : 1e-8) * most);
       }
-    ok(MatDenseRestoreArrayRead(S, &s));
-    ok(MatDenseRestoreArrayRead(T2, &t));
-    ok(MatDestroy(&S));
-    ok(MatDestroy(&T2));
+    ObjectsDestroy(&S, &T2);
   }
 }
 
@@ -225,9 +215,8 @@ static void needles(void **state)
                              .full_space = PETSC_TRUE,
                              .average = SLIP_AVERAGE_CELL}};
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &S));
-  ok(MatDenseGetArrayRead(S, &s));
+  s = MatRead(S);
   for (PetscInt k = 0; k < n; k++) assert_true(s[k * (n + 1)] > 0);
-  ok(MatDenseRestoreArrayRead(S, &s));
   ok(MatDestroy(&S));
 }
 

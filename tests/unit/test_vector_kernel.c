@@ -87,8 +87,8 @@ static PetscReal ProjectedDifference(const SlipCells *vectors, const SlipCells *
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, scalars, "dense", 1e-6, &S[1]));
   ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, scalars, "dense", 1e-6, &Kn[1]));
   for (int t = 0; t < 2; t++) {
-    ok(MatDenseGetArrayRead(S[t], &a[t]));
-    ok(MatDenseGetArrayRead(Kn[t], &b[t]));
+    a[t] = MatRead(S[t]);
+    b[t] = MatRead(Kn[t]);
   }
   for (PetscInt j = 0; j < n; j++)
     for (PetscInt i = 0; i < n; i++) {
@@ -104,12 +104,7 @@ static PetscReal ProjectedDifference(const SlipCells *vectors, const SlipCells *
       worst = PetscMax(worst, PetscAbsReal(shear - a[1][j * n + i]));
       worst = PetscMax(worst, PetscAbsReal(normal - b[1][j * n + i]));
     }
-  for (int t = 0; t < 2; t++) {
-    ok(MatDenseRestoreArrayRead(S[t], &a[t]));
-    ok(MatDenseRestoreArrayRead(Kn[t], &b[t]));
-    ok(MatDestroy(&S[t]));
-    ok(MatDestroy(&Kn[t]));
-  }
+  for (int t = 0; t < 2; t++) ObjectsDestroy(&S[t], &Kn[t]);
   return worst / most;
 }
 
@@ -207,9 +202,7 @@ static PetscReal Energy(const SlipCells *c, PetscReal slip[][3])
   }
   ok(MatMult(S, u, f));
   ok(VecDot(u, f, &energy));
-  ok(VecDestroy(&u));
-  ok(VecDestroy(&f));
-  ok(MatDestroy(&S));
+  ObjectsDestroy(&u, &f, &S);
   return energy;
 }
 

@@ -27,8 +27,7 @@ static void matrices(void **state)
   ok(VecDestroy(&u));
   ok(MatSlipGetWeights(S, &weights));
   assert_null(weights); /* of one area */
-  ok(MatDestroy(&S));
-  ok(MatDestroy(&Kn));
+  ObjectsDestroy(&S, &Kn);
   for (PetscInt e = 0; e < N; e++) rectangle_data[4 * N + e] = 70 + (PetscReal)(e / NX % NZ);
   ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[0], "dense", 1e-6, &S, NULL));
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &scalars[0], "dense", 1e-6, &K));
@@ -38,13 +37,10 @@ static void matrices(void **state)
   ok(MatSlipGetWeights(K, &scalar));
   ok(VecGetSize(weights, &n));
   assert_int_equal(n, 2 * N);
-  ok(VecGetArrayRead(weights, &w));
-  ok(VecGetArrayRead(scalar, &v));
+  w = VecRead(weights);
+  v = VecRead(scalar);
   for (PetscInt i = 0; i < 2 * N; i++) assert_true(w[i] == v[i / 2]);
-  ok(VecRestoreArrayRead(weights, &w));
-  ok(VecRestoreArrayRead(scalar, &v));
-  ok(MatDestroy(&S));
-  ok(MatDestroy(&K));
+  ObjectsDestroy(&S, &K);
 }
 
 /* Hierarchical storage against dense, of random and of uniform slip, along strike and up dip. Blocks are off by the
@@ -128,7 +124,7 @@ static void blocks_to_their_own_tolerance(void **state)
   for (int m = 0; m < 2; m++) {
     const PetscInt rows = m ? 1 : 2;
 
-    for (int t = 0; t < 2; t++) ok(MatDenseGetArrayRead(A[m][t], &a[t]));
+    for (int t = 0; t < 2; t++) a[t] = MatRead(A[m][t]);
     for (PetscInt to = 0; to < n; to += half) {
       const PetscInt from = half - to;
       PetscReal error[3] = {0}, size[3] = {0}; /* of entries, and of both uniform slips */
@@ -152,7 +148,6 @@ static void blocks_to_their_own_tolerance(void **state)
       for (int k = 0; k < 2; k++) assert_true(error[k] <= PetscSqr(10 * tolerance) * size[k]);
     }
     for (int t = 0; t < 2; t++) {
-      ok(MatDenseRestoreArrayRead(A[m][t], &a[t]));
       ok(MatDestroy(&A[m][t]));
     }
   }
@@ -175,16 +170,13 @@ static PetscReal LargestDifference(Mat a, Mat b, Mat size)
 
     ok(MatGetSize(d, &m, &n));
     ok(MatGetSize(e, &all, NULL));
-    ok(MatDenseGetArrayRead(d, &p));
-    ok(MatDenseGetArrayRead(e, &q));
+    p = MatRead(d);
+    q = MatRead(e);
     difference = most = 0;
     for (PetscInt i = 0; i < m * n; i++) difference = PetscMax(difference, PetscAbsScalar(p[i]));
     for (PetscInt i = 0; i < all * all; i++) most = PetscMax(most, PetscAbsScalar(q[i]));
-    ok(MatDenseRestoreArrayRead(d, &p));
-    ok(MatDenseRestoreArrayRead(e, &q));
   }
-  ok(MatDestroy(&d));
-  ok(MatDestroy(&e));
+  ObjectsDestroy(&d, &e);
   return difference / most;
 }
 
@@ -264,8 +256,8 @@ static void grids_project(void **state)
     for (int t = 0; t < 2; t++) {
       ok(MatConvert(A[t], MATDENSE, MAT_INPLACE_MATRIX, &A[t]));
       ok(MatConvert(B[t], MATDENSE, MAT_INPLACE_MATRIX, &B[t]));
-      ok(MatDenseGetArrayRead(A[t], &a[t]));
-      ok(MatDenseGetArrayRead(B[t], &b[t]));
+      a[t] = MatRead(A[t]);
+      b[t] = MatRead(B[t]);
     }
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt i = 0; i < n; i++) {
@@ -282,12 +274,7 @@ static void grids_project(void **state)
         worst = PetscMax(worst, PetscAbsReal(normal - b[1][j * n + i]));
       }
     assert_true(worst < 1e-11 * most);
-    for (int t = 0; t < 2; t++) {
-      ok(MatDenseRestoreArrayRead(A[t], &a[t]));
-      ok(MatDenseRestoreArrayRead(B[t], &b[t]));
-      ok(MatDestroy(&A[t]));
-      ok(MatDestroy(&B[t]));
-    }
+    for (int t = 0; t < 2; t++) ObjectsDestroy(&A[t], &B[t]);
   }
 }
 

@@ -84,14 +84,12 @@ static void along_one_axis(void **state)
     if (VectorsIsCoupled(law) && its != other) done = same = refused = also = PETSC_FALSE;
     assert_true(done == same && refused == also);
     ok(VecNorm(x, NORM_INFINITY, &size));
-    ok(VecGetArrayRead(x, &one));
-    ok(VecGetArrayRead(y, &two));
+    one = VecRead(x);
+    two = VecRead(y);
     for (PetscInt i = 0; i < n && done; i++) {
       AssertNear(two[2 * i + axis], one[i], 1e-13 * size);
       AssertNear(two[2 * i + 1 - axis], 0, 1e-15 * size);
     }
-    ok(VecRestoreArrayRead(y, &two));
-    ok(VecRestoreArrayRead(x, &one));
     solved += done;
     unstable += refused;
     ObjectsDestroy(&x, &r, &y, &f);
@@ -156,14 +154,13 @@ static void turned_axes(void **state)
       PetscReal *b;
 
       ok(VecDuplicate(x, &e));
-      ok(VecGetArrayRead(x, &a));
+      a = VecRead(x);
       ok(VecGetArray(e, &b));
       for (PetscInt i = 0; i < N; i++) {
         b[i] = 0;
         for (PetscInt k = 0; k < N; k++) b[i] += R[i][k] * a[k];
       }
       ok(VecRestoreArray(e, &b));
-      ok(VecRestoreArrayRead(x, &a));
       d = Distance(y, e, &size);
       assert_true(d <= 1e-10 * size);
       solved++;

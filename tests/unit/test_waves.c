@@ -122,9 +122,7 @@ static void Create(PetscInt nx, PetscInt nz, PetscReal dx, PetscReal dz, PetscIn
 
 static void Destroy(Medium *m)
 {
-  ok(VecDestroy(&m->u));
-  ok(VecDestroy(&m->f));
-  ok(SlipElasticDestroy(&m->el));
+  ObjectsDestroy(&m->u, &m->f, &m->el);
 }
 
 /* h at these rates, NULL: 0; then f is the stress that resists slip, but for the impedance's */
@@ -178,7 +176,7 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
     begin[k + 1] = begin[k] + h;
     Go(&m, h, rate[k]);
   }
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (int i = 0; i < CELLS; i++) {
     PetscReal sum = 0;
 
@@ -192,7 +190,6 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
       }
     worst = PetscMax(worst, PetscAbsReal(-f[i] - sum));
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   AssertNear(worst / m.eta, 0, allowed);
   Destroy(&m);
 }
@@ -227,9 +224,8 @@ static void Irregular(PetscInt nx, PetscReal with, PetscReal f[])
                    sin(0.2 * k + (PetscReal)(i % c));
     Go(&m, h, v);
   }
-  ok(VecGetArrayRead(m.f, &a));
+  a = VecRead(m.f);
   ok(PetscArraycpy(f, a, n));
-  ok(VecRestoreArrayRead(m.f, &a));
   ok(PetscFree(v));
   Destroy(&m);
 }
@@ -266,10 +262,9 @@ static void test_rest(void **state)
     for (int k = 0; k < 20; k++) Go(&m, m.dz / m.cs / 2, v);
     for (int k = 0; k < 4; k++) Go(&m, k == 3 ? 1e7 : 100, NULL);
     {
-      const PetscReal *u;
+      const PetscReal *u = VecRead(m.u);
 
-      ok(VecGetArrayRead(m.u, &u));
-      ok(VecGetArrayRead(m.f, &f));
+      f = VecRead(m.f);
       worst = 0;
       for (int i = 0; i < CELLS; i++) {
         PetscReal sum = 0;
@@ -282,24 +277,20 @@ static void test_rest(void **state)
         }
         worst = PetscMax(worst, PetscAbsReal(f[i] - sum) / (G / m.dz * u[CELLS / 2]));
       }
-      ok(VecRestoreArrayRead(m.u, &u));
-      ok(VecRestoreArrayRead(m.f, &f));
       AssertNear(worst, 0, 1e-7);
     }
     for (int i = 0; i < CELLS; i++) v[i] *= 1e-6;
     Go(&m, 1e6, v);
     for (int start = 0; start < 2; start++) { /* at the end of a slow step, and where the next one starts */
       if (start) ok(SlipElasticForce(m.el, m.t, m.u, NULL, m.f, NULL));
-      ok(VecGetArrayRead(m.f, &f));
+      f = VecRead(m.f);
       for (int i = 0; i < CELLS; i++) slow[start][i] = f[i];
-      ok(VecRestoreArrayRead(m.f, &f));
     }
     Go(&m, 1e6, NULL);
-    ok(VecGetArrayRead(m.f, &f));
+    f = VecRead(m.f);
     for (int i = 0; i < 2 * CELLS; i++)
       AssertNear((slow[i / CELLS][i % CELLS] - f[i % CELLS]) / (m.eta * v[CELLS / 2]), -v[i % CELLS] / v[CELLS / 2],
                  1e-6);
-    ok(VecRestoreArrayRead(m.f, &f));
     Destroy(&m);
   }
 }
@@ -324,9 +315,8 @@ static void test_images(void **state)
     padding = 2;
     Go(&m, 1, v);
     Go(&m, 1e9, NULL);
-    ok(VecGetArrayRead(m.f, &a));
+    a = VecRead(m.f);
     ok(PetscArraycpy(f[far], a, 2 * N));
-    ok(VecRestoreArrayRead(m.f, &a));
     Destroy(&m);
   }
   for (int i = 0; i < 2 * N; i++) {
@@ -368,7 +358,7 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
     }
     Go(&m, h, rate);
   }
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (PetscInt i = 0; i < N; i++) {
     const PetscReal x = ((PetscReal)i + 0.5) * m.dz - length / 2, front = v * m.t;
 
@@ -376,7 +366,6 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
     sum += f[i] + m.eta * A * v * front / PetscSqrtReal(front * front - x * x);
     count++;
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   ok(PetscFree(rate));
   Destroy(&m);
   return sum / (PetscReal)count / DROP - 1;
@@ -417,7 +406,7 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
     }
     Go(&m, h, rate);
   }
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (PetscInt i = 0; i < N * N; i++) {
     const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2,
                     z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
@@ -427,7 +416,6 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
     sum += f[2 * i] + m.eta * A * m.t / PetscSqrtReal(m.t * m.t - r * r / (v * v));
     count++;
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   ok(PetscFree(rate));
   Destroy(&m);
   return sum / (PetscReal)count / DROP - 1;
@@ -468,14 +456,13 @@ static void test_arrival(void **state)
   for (int i = 0; i < N * N; i++) rate[2 * i] = exp(-(PetscSqr(i % N - 20) + PetscSqr(i / N - 32)) / 8.0);
   Go(&m, m.dx / m.cs / 3, rate);
   for (int k = 0; k < 30; k++) Go(&m, m.dx / m.cs / 3, NULL);
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (int i = 0; i < N * N; i++) {
     const PetscReal r = m.dx * hypot(i % N - 20, i / N - 32), size = hypot(f[2 * i], f[2 * i + 1]);
 
     if (r > 1.7320508 * m.cs * m.t + 10 * m.dx) early = PetscMax(early, size);
     late = PetscMax(late, size);
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   assert_true(early < 1e-4 * late);
   ok(PetscFree(rate));
   Destroy(&m);
@@ -493,8 +480,7 @@ static void test_questions(void **state)
 
   Create(N, N, 100, 100, 2, PETSC_TRUE, &quiet);
   Create(N, N, 100, 100, 2, PETSC_TRUE, &asked);
-  ok(VecDuplicate(asked.u, &half));
-  ok(VecDuplicate(asked.u, &again));
+  VecsDuplicate(asked.u, &half, &again);
   for (int k = 0; k < 12; k++) {
     const PetscReal h = (k % 3 + 1) * asked.dx / asked.cs / 3;
 
@@ -512,8 +498,7 @@ static void test_questions(void **state)
     assert_true(same);
   }
   fails(SlipElasticAdvance(asked.el, asked.t, asked.u), "expected steps without parts");
-  ok(VecDestroy(&half));
-  ok(VecDestroy(&again));
+  ObjectsDestroy(&half, &again);
   Destroy(&quiet);
   Destroy(&asked);
 }
