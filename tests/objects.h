@@ -37,6 +37,17 @@ static inline PetscErrorCode VecAssemble(Vec x)
   return VecAssemblyEnd(x);
 }
 
+/* Numbers without symmetry, the same however x is distributed */
+static inline PetscErrorCode VecFillSines(Vec x)
+{
+  PetscInt start, end;
+
+  PetscCall(VecGetOwnershipRange(x, &start, &end));
+  for (PetscInt i = start; i < end; i++)
+    PetscCall(VecSetValue(x, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  return VecAssemble(x);
+}
+
 static inline PetscErrorCode MatAssemble(Mat A)
 {
   PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));

@@ -2,6 +2,9 @@
 #pragma once
 #include "objects.h"
 
+/* An error of this process with a message, unless it holds */
+#define Check(holds, ...) PetscCheck(holds, PETSC_COMM_SELF, PETSC_ERR_PLIB, __VA_ARGS__)
+
 #define SLIP_RANKS(run)                                                                                                \
   int main(int argc, char **argv)                                                                                      \
   {                                                                                                                    \

@@ -56,6 +56,15 @@ static inline void AssertVecNear(Vec value, Vec reference, NormType norm, PetscR
   if (!(error <= allowed)) fail_msg("off by %g, expected at most %g", (double)error, (double)allowed);
 }
 
+/* To a share of the reference's norm */
+static inline void AssertVecClose(Vec value, Vec reference, NormType norm, PetscReal share)
+{
+  PetscReal size;
+
+  ok(VecNorm(reference, norm, &size));
+  AssertVecNear(value, reference, norm, share * size);
+}
+
 static inline void SetAdapt(TS ts, TSAdaptType type)
 {
   TSAdapt adapt;

@@ -41,16 +41,7 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
 
     for (PetscInt k = 0; k < 8; k++) column[k][e] = value[k];
   }
-  *cells = (SlipCells){.n = n,
-                       .x = column[0],
-                       .y = column[1],
-                       .z = column[2],
-                       .length = column[3],
-                       .width = column[4],
-                       .strike = column[5],
-                       .dip = column[6],
-                       .rake = column[7],
-                       .kernel = {.type = &SlipKernelDipping, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
+  *cells = DippingCellsOfColumns(n, column[0]);
   return PETSC_SUCCESS;
 }
 
@@ -63,13 +54,6 @@ static PetscErrorCode CutCells(SlipCells *cells)
   PetscCall(PetscMalloc1(2 * TRIANGLE_COLUMNS * (size_t)squares.n, &data));
   *cells = TrianglesOf(&squares, data);
   return PetscFree(column);
-}
-
-static SlipCell CellOf(const SlipCells *c, PetscInt i)
-{
-  return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
-                    .rake = c->rake[i],
-                    .vertices = c->vertices ? c->vertices + 9 * (size_t)i : NULL};
 }
 
 /* The kernel of rakes or of vectors, which has pairs at once */

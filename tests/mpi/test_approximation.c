@@ -52,16 +52,15 @@ static PetscErrorCode Test(void)
   PetscInt reference_steps, steps;
 
   PetscCall(Run(PETSC_COMM_SELF, "dense", none, &reference_steps, &reference));
-  PetscCheck(reference > 0.1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault hardly slipped");
+  Check(reference > 0.1, "the fault hardly slipped");
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Rows); k++) {
     PetscCall(Run(PETSC_COMM_WORLD, Rows[k].operator, Rows[k].options, &steps, &slip));
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %s %s: %g\n", Rows[k].operator,
                           Rows[k].options[0] ? Rows[k].options[0] : "", Rows[k].options[0] ? Rows[k].options[1] : "",
                           fabs(slip / reference - 1)));
-    PetscCheck(steps == reference_steps, PETSC_COMM_SELF, PETSC_ERR_PLIB, "row %d: %d steps, not %d", (int)k,
-               (int)steps, (int)reference_steps);
-    PetscCheck(fabs(slip - reference) <= Rows[k].tolerance * reference, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "row %d: final slip %.15g, not %.15g", (int)k, (double)slip, (double)reference);
+    Check(steps == reference_steps, "row %d: %d steps, not %d", (int)k, (int)steps, (int)reference_steps);
+    Check(fabs(slip - reference) <= Rows[k].tolerance * reference, "row %d: final slip %.15g, not %.15g", (int)k,
+          (double)slip, (double)reference);
   }
   return PETSC_SUCCESS;
 }

@@ -32,7 +32,7 @@ static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, doub
 
 static PetscErrorCode Compare(PetscInt n, const double a[], const double b[], const char what[])
 {
-  PetscCheck(!memcmp(a, b, 2 * (size_t)n * sizeof(*a)), PETSC_COMM_SELF, PETSC_ERR_PLIB, "other weights %s", what);
+  Check(!memcmp(a, b, 2 * (size_t)n * sizeof(*a)), "other weights %s", what);
   return PETSC_SUCCESS;
 }
 
@@ -46,7 +46,7 @@ static PetscErrorCode Run(void)
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_cmatrain.%d.h5", size));
   PetscCall(Train(PETSC_COMM_WORLD, "-train_generations 4", &n, &all));
-  PetscCheck(all[0] != 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "nothing was learnt");
+  Check(all[0] != 0, "nothing was learnt");
   PetscCall(Train(PETSC_COMM_SELF, "-train_generations 4", &n, &alone));
   PetscCall(Compare(n, all, alone, "on one rank"));
   PetscCall(PetscSNPrintf(extra, sizeof(extra), "-train_generations 2 -train_checkpoint %s", file));

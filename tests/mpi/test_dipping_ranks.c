@@ -14,8 +14,7 @@ static PetscErrorCode Compare(const char what[], Vec a, Vec b, Vec size)
   PetscCall(VecNorm(size, NORM_INFINITY, &norm));
   PetscCall(VecAXPY(a, -1, b));
   PetscCall(VecNorm(a, NORM_INFINITY, &distance));
-  PetscCheck(distance <= 1e-12 * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s differs by %g, expected at most 1e-12",
-             what, (double)(distance / norm));
+  Check(distance <= 1e-12 * norm, "%s differs by %g, expected at most 1e-12", what, (double)(distance / norm));
   return PETSC_SUCCESS;
 }
 
@@ -50,9 +49,7 @@ static PetscErrorCode CompareTypes(PetscInt nx, PetscInt nz)
     PetscCall(MatView(fft[t], PETSC_VIEWER_STDOUT_WORLD));
   }
   PetscCall(VecDestroy(&u));
-  for (int t = 0; t < 2; t++) {
-    PetscCall(DestroyObjects(&y[t], &both[t], &expected[t], &dense[t], &fft[t]));
-  }
+  for (int t = 0; t < 2; t++) PetscCall(DestroyObjects(&y[t], &both[t], &expected[t], &dense[t], &fft[t]));
   return PETSC_SUCCESS;
 }
 

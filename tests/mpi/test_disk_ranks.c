@@ -49,9 +49,9 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
              SNESConvergedReasons[reason]);
   PetscCheck(worst >= 0 && worst < s->n, comm, PETSC_ERR_USER, "the worst cell is %" PetscInt_FMT, worst);
   PetscCall(VectorsCheck(&p, v, r, &beyond, &opposite, &balance, &inside));
-  PetscCheck(inside == 0 && beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER,
-             "law %" PetscInt_FMT ": beyond %g, opposite %g, balance %g", s->law, (double)beyond, (double)opposite,
-             (double)balance);
+  Check(inside == 0 && beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9,
+        "law %" PetscInt_FMT ": beyond %g, opposite %g, balance %g", s->law, (double)beyond, (double)opposite,
+        (double)balance);
   PetscCall(Whole(v, x));
   PetscCheck(fixed < 0 || ((*x)[2 * fixed] == start[0] && (*x)[2 * fixed + 1] == start[1]), comm, PETSC_ERR_USER,
              "the prescribed cell moves");
@@ -81,9 +81,9 @@ static PetscErrorCode TestSolutions(void)
     for (PetscInt i = 0; i < 2 * cells; i++) size = PetscMax(size, PetscAbsReal(x[0][i]));
     for (PetscInt k = 1; k < n; k++)
       for (PetscInt i = 0; i < 2 * cells; i++)
-        PetscCheck(PetscAbsReal(x[k][i] - x[0][i]) <= 1e-8 * size, PETSC_COMM_WORLD, PETSC_ERR_USER,
-                   "trial %" PetscInt_FMT ", law %" PetscInt_FMT ", way %" PetscInt_FMT ": %.12g instead of %.12g",
-                   trial, law, k, (double)x[k][i], (double)x[0][i]);
+        Check(PetscAbsReal(x[k][i] - x[0][i]) <= 1e-8 * size,
+              "trial %" PetscInt_FMT ", law %" PetscInt_FMT ", way %" PetscInt_FMT ": %.12g instead of %.12g", trial,
+              law, k, (double)x[k][i], (double)x[0][i]);
     for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(x[k]));
     PetscCall(VectorsFreeNumbers(&s));
   }
@@ -114,13 +114,13 @@ static PetscErrorCode TestJacobian(void)
   PetscCall(MatCreateVecs(p.l.B, &e, &y));
   PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_FALSE, &snes));
   PetscCall(VectorsSolve(&p, snes, x, r, &reason));
-  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER, "%s", SNESConvergedReasons[reason]);
+  Check(reason > 0, "%s", SNESConvergedReasons[reason]);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPGetOperators(ksp, &J, NULL));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipCross", (PetscObject *)&cross));
-  PetscCheck(B == p.l.B && cross, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
+  Check(B == p.l.B && cross, "the parts are not composed");
   PetscCall(MatSlipJacobianSetParts(J, B, mask, slope)); /* for the preconditioner: they have changed since */
   PetscCall(PCSetUp(pc));
   PetscCall(VecDuplicate(x, &diag));
@@ -155,11 +155,10 @@ static PetscErrorCode TestJacobian(void)
     PetscCall(PCApply(pc, e, y));
     a = VecRead(y);
     for (PetscInt i = first; i < last; i++)
-      PetscCheck(PetscAbsReal(a[i - first] - (i == j)) <= 1e-11, PETSC_COMM_SELF, PETSC_ERR_USER,
-                 "P J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g", i, j, (double)a[i - first]);
+      Check(PetscAbsReal(a[i - first] - (i == j)) <= 1e-11, "P J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g", i, j,
+            (double)a[i - first]);
   }
-  PetscCheck(sliding > 4 && sliding < N, PETSC_COMM_WORLD, PETSC_ERR_USER, "%" PetscInt_FMT " components slide",
-             sliding);
+  Check(sliding > 4 && sliding < N, "%" PetscInt_FMT " components slide", sliding);
   PetscCall(PetscFree(m));
   PetscCall(PetscFree(d));
   PetscCall(PetscFree(c));
@@ -205,8 +204,8 @@ static PetscErrorCode TestSwingingPairs(void)
     PetscCall(VecSet(x, 0.01));
     PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_TRUE, &snes));
     PetscCall(VectorsSolve(&p, snes, x, r, &reason));
-    PetscCheck(k ? reason == SNES_DIVERGED_LINEAR_SOLVE : reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER,
-               "pairs that %s: %s", k ? "grow" : "fade", SNESConvergedReasons[reason]);
+    Check(k ? reason == SNES_DIVERGED_LINEAR_SOLVE : reason > 0, "pairs that %s: %s", k ? "grow" : "fade",
+          SNESConvergedReasons[reason]);
     PetscCall(DestroyObjects(&snes, &x, &r));
     PetscCall(VectorsDestroy(&p));
     PetscCall(VectorsFreeNumbers(&s));

@@ -35,7 +35,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(SlipFaultDestroy(&fault)); /* the TS keeps it */
   PetscCall((*problem->find)(ts, "energy", &row, ctx));
-  PetscCheck(row >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
+  Check(row >= 0, "the fault does not know its energy");
   PetscCall((*problem->observe)(ts, 15, 1, &row, &out->energy, ctx));
   PetscCall(VecNorm(w, NORM_2, &out->norm));
   return DestroyObjects(&w, &ts);
@@ -44,8 +44,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
 /* Sums in another order differ by rounding, which the steps of a run amplify: 1e-9. */
 static PetscErrorCode Same(const char what[], PetscReal a, PetscReal b)
 {
-  PetscCheck(fabs(a - b) <= 1e-9 * fabs(b), PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "%s is %.15g on all ranks and %.15g on one", what, (double)a, (double)b);
+  Check(fabs(a - b) <= 1e-9 * fabs(b), "%s is %.15g on all ranks and %.15g on one", what, (double)a, (double)b);
   return PETSC_SUCCESS;
 }
 
@@ -58,24 +57,22 @@ static PetscErrorCode CheckFile(const char file[], TSBatheMethod method, const O
   PetscCall(SlipH5OpenRead(file, &h));
   PetscCall(SlipH5ReadReal(&h, "/fields/slip", 3, dims, &x));
   /* the start, steps 40, 80, 120, and the last, 150 */
-  PetscCheck(dims[0] == 5 && dims[1] == NZ && dims[2] == NX, PETSC_COMM_SELF, PETSC_ERR_PLIB, "shape of /fields/slip");
+  Check(dims[0] == 5 && dims[1] == NZ && dims[2] == NX, "shape of /fields/slip");
   for (PetscInt e = 0; e < NX * NZ; e++) sum += x[4 * NX * NZ + e];
   PetscCall(PetscFree(x));
   PetscCall(Same("mean of the last /fields/slip", sum / (NX * NZ), out->obs.mean_slip));
   PetscCall(SlipH5ReadReal(&h, "/series/mean_slip", 1, dims, &x));
-  PetscCheck(dims[0] == 151, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " rows in /series", dims[0]);
+  Check(dims[0] == 151, "%" PetscInt_FMT " rows in /series", dims[0]);
   PetscCall(Same("last row of /series/mean_slip", x[150], out->obs.mean_slip));
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadReal(&h, "/steps/method", 1, dims, &x));
   for (PetscInt i = 0; i < dims[0]; i++)
-    PetscCheck(x[i] == (PetscReal)method, PETSC_COMM_SELF, PETSC_ERR_PLIB, "step %d is of method %g", (int)i,
-               (double)x[i]);
+    Check(x[i] == (PetscReal)method, "step %d is of method %g", (int)i, (double)x[i]);
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadReal(&h, "/steps/time", 1, dims, &x));
   PetscCall(SlipH5ReadAttrInt(&h, "/result", "accepted", &accepted));
   PetscCall(SlipH5ReadAttrInt(&h, "/result", "rejected", &rejected));
-  PetscCheck(dims[0] == accepted + rejected && accepted == 150, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "%" PetscInt_FMT " rows in /steps", dims[0]);
+  Check(dims[0] == accepted + rejected && accepted == 150, "%" PetscInt_FMT " rows in /steps", dims[0]);
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadReal(&h, "/mesh/normal_stress", 2, dims, &x));
   PetscCall(Same("normal stress of the last cell", x[NX * NZ - 1], 15e3 * 2700)); /* centre of the deepest row */
@@ -108,9 +105,9 @@ static PetscErrorCode TestMethod(TSBatheMethod method)
   PetscCall(Same("elastic energy", all.obs.elastic, one.obs.elastic));
   PetscCall(Same("viscous power", all.obs.viscous_power, one.obs.viscous_power));
   PetscCall(Same("loading power", all.obs.loading_power, one.obs.loading_power));
-  PetscCheck(all.obs.mean_slip > 0.1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault hardly slipped");
+  Check(all.obs.mean_slip > 0.1, "the fault hardly slipped");
   if (!rank) {
-    PetscCheck(access(part, F_OK), PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s was left behind", part);
+    Check(access(part, F_OK), "%s was left behind", part);
     PetscCall(CheckFile(file, method, &all));
     unlink(file);
   }

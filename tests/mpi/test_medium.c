@@ -247,7 +247,7 @@ static PetscReal Apart(const PetscReal a[N], const PetscReal b[N])
   return most / size;
 }
 
-#define Expect(is, ...) PetscCheck(is, PETSC_COMM_SELF, PETSC_ERR_PLIB, __VA_ARGS__)
+#define Expect(is, ...) Check(is, __VA_ARGS__)
 
 /* The mean rate of a step is right to the second order, and so is a run: errors at h over those at h/2 are 4, a little
    more where Adams' formulas begin at order 1, and 2 would be the first. Steps that an event takes back change no more

@@ -45,19 +45,19 @@ static PetscErrorCode CheckShares(const SlipCells *c)
   PetscCallMPI(MPI_Allgather(&c->nlocal, 1, MPIU_INT, counts, 1, MPIU_INT, PETSC_COMM_WORLD));
   for (PetscInt i = 0; i < N; i++) owner[i] = -1;
   for (PetscMPIInt r = 0; r < size; r++) {
-    PetscCheck(counts[r] > 0.6 * N / size && counts[r] < 1.5 * N / size, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-               "rank %d has %d of %d cells", (int)r, (int)counts[r], (int)N);
+    Check(counts[r] > 0.6 * N / size && counts[r] < 1.5 * N / size, "rank %d has %d of %d cells", (int)r,
+          (int)counts[r], (int)N);
     for (PetscInt i = 0; i < counts[r]; i++, k++) {
-      PetscCheck(k < N && owner[c->order[k]] == -1, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "a cell is in two shares");
-      PetscCheck(i == 0 || c->order[k] > c->order[k - 1], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "a share is not in order");
+      Check(k < N && owner[c->order[k]] == -1, "a cell is in two shares");
+      Check(i == 0 || c->order[k] > c->order[k - 1], "a share is not in order");
       owner[c->order[k]] = r;
     }
   }
-  PetscCheck(k == N, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%d of %d cells are in a share", (int)k, (int)N);
+  Check(k == N, "%d of %d cells are in a share", (int)k, (int)N);
   limit = 1.5 * size * 4 * PetscSqrtReal((PetscReal)N / size) / 2;
   k = SharedSides(c, owner);
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d shared sides, at most %g\n", (int)k, (double)limit));
-  PetscCheck(k <= limit, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the shares are not compact");
+  Check(k <= limit, "the shares are not compact");
   PetscCall(PetscFree(counts));
   return PetscFree(owner);
 }
@@ -154,13 +154,12 @@ static PetscErrorCode Run(void)
       error += PetscSqr(mine[k][e] - alone[k][e]);
       norm += PetscSqr(alone[k][e]);
     }
-    PetscCheck(error <= PetscSqr(tolerance[k]) * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-               "product %d differs by %g, expected at most %g", k, (double)PetscSqrtReal(error / norm),
-               (double)tolerance[k]);
+    Check(error <= PetscSqr(tolerance[k]) * norm, "product %d differs by %g, expected at most %g", k,
+          (double)PetscSqrtReal(error / norm), (double)tolerance[k]);
   }
   /* From the same start, so that only rounding differs: some 1e-15 in each of 20 products */
-  PetscCheck(PetscAbsReal(omega[1] - omega[0]) <= 1e-11 * omega[0], PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-             "largest frequency %.15g rad/s, on one rank %.15g rad/s", (double)omega[1], (double)omega[0]);
+  Check(PetscAbsReal(omega[1] - omega[0]) <= 1e-11 * omega[0], "largest frequency %.15g rad/s, on one rank %.15g rad/s",
+        (double)omega[1], (double)omega[0]);
   return PetscFree(order);
 }
 
@@ -191,8 +190,7 @@ static PetscErrorCode WorstCell(SlipFault fault)
     PetscCall(VecAssemble(w));
     PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
     PetscCall(SNESSlipGetWorstCell(snes, &found, NULL));
-    PetscCheck(found == rows[k], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the worst cell is %d, expected that of row %d",
-               (int)found, (int)rows[k]);
+    Check(found == rows[k], "the worst cell is %d, expected that of row %d", (int)found, (int)rows[k]);
   }
   return DestroyObjects(&r, &x, &w, &snes);
 }
@@ -221,8 +219,8 @@ static PetscErrorCode GiveField(void)
     const PetscInt e = fault->mesh.start + i, row = fault->mesh.order ? fault->mesh.order[e] : e;
     const PetscReal got = fault->fields.cell[FIELD_NORMAL_STRESS][i];
 
-    PetscCheck(got == stress[row], PETSC_COMM_SELF, PETSC_ERR_PLIB, "the cell of row %d has %.1f Pa, given were %.1f",
-               (int)row, (double)got, (double)stress[row]);
+    Check(got == stress[row], "the cell of row %d has %.1f Pa, given were %.1f", (int)row, (double)got,
+          (double)stress[row]);
   }
   PetscCall(WorstCell(fault));
   PetscCall(SlipFaultDestroy(&fault));

@@ -30,11 +30,11 @@ static PetscErrorCode CheckSame(const char file[])
   ends[0] = a;
   ends[1] = -a;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 2, MPIU_REAL, MPIU_MAX, PETSC_COMM_WORLD));
-  PetscCheck(ends[0] == a && ends[1] == -a, PETSC_COMM_SELF, PETSC_ERR_PLIB, "ranks disagree on the action");
+  Check(ends[0] == a && ends[1] == -a, "ranks disagree on the action");
   PetscCall(SlipPolicyGetHash(p, &hash));
   PetscCall(PetscStrncpy(hash0, hash, sizeof(hash0)));
   PetscCallMPI(MPI_Bcast(hash0, (PetscMPIInt)sizeof(hash0), MPI_CHAR, 0, PETSC_COMM_WORLD));
-  PetscCheck(!strcmp(hash, hash0), PETSC_COMM_SELF, PETSC_ERR_PLIB, "ranks disagree on the hash");
+  Check(!strcmp(hash, hash0), "ranks disagree on the hash");
   return SlipPolicyDestroy(&p);
 }
 
@@ -51,9 +51,9 @@ static PetscErrorCode CheckError(void)
   codes[0] = code;
   codes[1] = -code;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, codes, 2, MPI_INT, MPI_MAX, PETSC_COMM_WORLD));
-  PetscCheck(code == PETSC_ERR_FILE_OPEN && codes[0] == code && codes[1] == -code, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "a missing file gives error %d here, from %d to %d over the ranks; expected %d", code, -codes[1], codes[0],
-             PETSC_ERR_FILE_OPEN);
+  Check(code == PETSC_ERR_FILE_OPEN && codes[0] == code && codes[1] == -code,
+        "a missing file gives error %d here, from %d to %d over the ranks; expected %d", code, -codes[1], codes[0],
+        PETSC_ERR_FILE_OPEN);
   return SlipPolicyDestroy(&p);
 }
 

@@ -70,8 +70,7 @@ static PetscErrorCode Expect(MPI_Comm comm, const Files *files, const char what[
   if (!rank) PetscCall(WriteFiles(files, fields));
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(Run(comm, files, PETSC_TRUE, fields, &code));
-  PetscCheck(code == expected, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s on %d ranks: error %d, expected %d", what,
-             (int)size, (int)code, (int)expected);
+  Check(code == expected, "%s on %d ranks: error %d, expected %d", what, (int)size, (int)code, (int)expected);
   return PETSC_SUCCESS;
 }
 

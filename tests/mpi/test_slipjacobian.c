@@ -29,11 +29,10 @@ static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], con
     PetscReal expected = mask[i] * entry(i, j, blocks) * mask[j];
 
     if (i == j) expected += slope[i] * mask[i] + 1.0 - mask[i];
-    PetscCheck(PetscAbsReal(a[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
-               "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g", i, j, (double)a[i - first],
-               (double)expected);
-    PetscCheck(i != j || PetscAbsReal(b[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
-               "diagonal %" PetscInt_FMT " is %g", i, (double)b[i - first]);
+    Check(PetscAbsReal(a[i - first] - expected) < 1e-14, "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g",
+          i, j, (double)a[i - first], (double)expected);
+    Check(i != j || PetscAbsReal(b[i - first] - expected) < 1e-14, "diagonal %" PetscInt_FMT " is %g", i,
+          (double)b[i - first]);
   }
   return DestroyObjects(&e, &y, &d);
 }
@@ -64,11 +63,11 @@ static PetscErrorCode Run(void)
   PetscCall(MatCreateSlipJacobian(p.K, &J));
   PetscCall(MatSlipJacobianSetParts(J, p.K, mask, slope));
   PetscCall(PetscObjectTypeCompare((PetscObject)J, MATSLIPJACOBIAN, &same));
-  PetscCheck(same, PETSC_COMM_WORLD, PETSC_ERR_USER, "the type is not %s", MATSLIPJACOBIAN);
+  Check(same, "the type is not %s", MATSLIPJACOBIAN);
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&B));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&m));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipSlope", (PetscObject *)&s));
-  PetscCheck(B == p.K && m == mask && s == slope, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
+  Check(B == p.K && m == mask && s == slope, "the parts are not composed");
   for (PetscInt j = 0; j < blocks; j++) PetscCall(CheckColumn(J, j, ms, ss));
   PetscCall(DestroyObjects(&J, &mask, &slope));
   return SlidersDestroy(&p);

@@ -51,8 +51,7 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   PetscCall(SNESSlipSolveStage(snes, &stage, x, r, &norm));
   PetscCall(SNESGetConvergedReason(snes, reason));
   PetscCall(SNESGetIterationNumber(snes, its));
-  PetscCheck(*reason < 0 || norm <= 1e-10, PETSC_COMM_WORLD, PETSC_ERR_USER, "converged with residual %g",
-             (double)norm);
+  Check(*reason < 0 || norm <= 1e-10, "converged with residual %g", (double)norm);
   return SNESDestroy(&snes);
 }
 
@@ -74,13 +73,10 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
   qq = VecRead(q);
   gg = VecRead(g);
   for (PetscInt i = 0; i < n; i++) {
-    PetscCheck(PetscAbsReal(rr[i]) <= qq[i] * (1.0 + 1e-12), PETSC_COMM_SELF, PETSC_ERR_USER,
-               "|r| > q in %" PetscInt_FMT, first + i);
-    PetscCheck(xx[i] == 0.0 || rr[i] == (xx[i] > 0 ? -qq[i] : qq[i]), PETSC_COMM_SELF, PETSC_ERR_USER,
-               "r != -q sign(x) in %" PetscInt_FMT, first + i);
-    PetscCheck(PetscAbsReal(gg[i] - rr[i]) <= 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER, "G - r = %g in %" PetscInt_FMT,
-               (double)(gg[i] - rr[i]), first + i);
-    PetscCheck(first + i != 3 || xx[i] != 0.0, PETSC_COMM_SELF, PETSC_ERR_USER, "the unconstrained row sticks");
+    Check(PetscAbsReal(rr[i]) <= qq[i] * (1.0 + 1e-12), "|r| > q in %" PetscInt_FMT, first + i);
+    Check(xx[i] == 0.0 || rr[i] == (xx[i] > 0 ? -qq[i] : qq[i]), "r != -q sign(x) in %" PetscInt_FMT, first + i);
+    Check(PetscAbsReal(gg[i] - rr[i]) <= 1e-9, "G - r = %g in %" PetscInt_FMT, (double)(gg[i] - rr[i]), first + i);
+    Check(first + i != 3 || xx[i] != 0.0, "the unconstrained row sticks");
   }
   return DestroyObjects(&q, &g);
 }
@@ -126,25 +122,23 @@ static PetscErrorCode TestTypesAgree(void)
   PetscCall(DuplicateVecs(p.bound, &x, &y, &r));
   for (PetscReal theta = 0.01; theta < 1.0; theta *= 4.0) {
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, "350", theta, x, r, &reason, &its));
-    PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "direct: %s after %" PetscInt_FMT,
-               SNESConvergedReasons[reason], its);
+    Check(reason > 0 && its <= 8, "direct: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
     PetscCall(CheckSolution(&p, x, r));
     PetscCall(Fingerprint(x, &sum));
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "theta %g: direct %" PetscInt_FMT " iterations, fingerprint %.12e\n",
                           (double)theta, its, (double)sum));
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, "0", theta, y, r, &reason, &its));
-    PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "Krylov: %s after %" PetscInt_FMT,
-               SNESConvergedReasons[reason], its);
+    Check(reason > 0 && its <= 8, "Krylov: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
     PetscCall(CheckSolution(&p, y, r));
     PetscCall(Distance(x, y, &d));
-    PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "Krylov differs from direct by %g", (double)d);
+    Check(d < 1e-8, "Krylov differs from direct by %g", (double)d);
     PetscCall(Solve(&p, w, SNESPROJECTION, "350", theta, y, r, &reason, &its));
     PetscCall(
       PetscPrintf(PETSC_COMM_WORLD, "  projection: %s after %" PetscInt_FMT "\n", SNESConvergedReasons[reason], its));
-    PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection: %s", SNESConvergedReasons[reason]);
+    Check(reason > 0, "projection: %s", SNESConvergedReasons[reason]);
     PetscCall(CheckSolution(&p, y, r));
     PetscCall(Distance(x, y, &d));
-    PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection differs from direct by %g", (double)d);
+    Check(d < 1e-8, "projection differs from direct by %g", (double)d);
   }
   PetscCall(DestroyObjects(&w, &x, &y, &r));
   return SlidersDestroy(&p);
@@ -168,12 +162,11 @@ static PetscErrorCode TestProjectionGivesUp(void)
   PetscCall(SlidersCreateState(&p, &w));
   PetscCall(DuplicateVecs(p.bound, &x, &r));
   PetscCall(Solve(&p, w, SNESPROJECTION, "350", 30.0, x, r, &reason, &its));
-  PetscCheck(reason == SNES_DIVERGED_MAX_IT && its == 200, PETSC_COMM_WORLD, PETSC_ERR_USER,
-             "projection: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
+  Check(reason == SNES_DIVERGED_MAX_IT && its == 200, "projection: %s after %" PetscInt_FMT,
+        SNESConvergedReasons[reason], its);
   for (int k = 0; k < 2; k++) {
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, k ? "0" : "350", 30.0, x, r, &reason, &its));
-    PetscCheck(reason > 0 && its <= 5, PETSC_COMM_WORLD, PETSC_ERR_USER, "semismooth: %s after %" PetscInt_FMT,
-               SNESConvergedReasons[reason], its);
+    Check(reason > 0 && its <= 5, "semismooth: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
   }
   PetscCall(DestroyObjects(&w, &x, &r));
   return SlidersDestroy(&p);
@@ -195,8 +188,8 @@ static PetscErrorCode TestRanksAgree(void)
     PetscCall(Fingerprint(w, &sum[k]));
     PetscCall(VecDestroy(&w));
     PetscCall(SlidersDestroy(&p));
-    PetscCheck(PetscAbsReal(sum[k] - sum[0]) < 1e-9 * PetscAbsReal(sum[0]), PETSC_COMM_WORLD, PETSC_ERR_USER,
-               "the run ends at %.15e instead of %.15e", (double)sum[k], (double)sum[0]);
+    Check(PetscAbsReal(sum[k] - sum[0]) < 1e-9 * PetscAbsReal(sum[0]), "the run ends at %.15e instead of %.15e",
+          (double)sum[k], (double)sum[0]);
   }
   return PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
                      (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0));
@@ -220,10 +213,9 @@ static PetscErrorCode TestLargest(void)
     PetscCall(VecAssemble(v));
     PetscCall(SlipVecLargest(v, &norm));
     PetscCall(SlipAllreduceLargest(PETSC_COMM_WORLD, 2, x));
-    PetscCheck(x[0] == -1 && (bad ? PetscIsNanReal(x[1]) : x[1] == 0.5), PETSC_COMM_SELF, PETSC_ERR_USER,
-               "the largest numbers are %g and %g", (double)x[0], (double)x[1]);
-    PetscCheck(bad ? PetscIsNanReal(norm) : norm == (PetscReal)size, PETSC_COMM_SELF, PETSC_ERR_USER, "the norm is %g",
-               (double)norm);
+    Check(x[0] == -1 && (bad ? PetscIsNanReal(x[1]) : x[1] == 0.5), "the largest numbers are %g and %g", (double)x[0],
+          (double)x[1]);
+    Check(bad ? PetscIsNanReal(norm) : norm == (PetscReal)size, "the norm is %g", (double)norm);
   }
   return VecDestroy(&v);
 }

@@ -1,5 +1,5 @@
-/* Operators for slip as a vector on several ranks against one process: dense and hierarchical, with shares of METIS and
-   without an order, those of grids, and their distribution. Exit code 0: good. */
+/* Operators of cells, for slip along rakes and as a vector, on several ranks against one process: dense and hierarchical,
+   with shares of METIS and without an order, those of grids, and their distribution. Exit code 0: good. */
 #include "ranks.h"
 #include "cells.h"
 
@@ -22,8 +22,8 @@ static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int sli
   for (PetscInt i = start; i < end; i++) {
     const PetscInt e = order ? order[i / columns] : i / columns, number = columns * e + i % columns;
 
-    PetscCall(
-      VecSetValue(u, i, slip == 2 ? PetscSinReal((PetscReal)(number * number)) : number % 2 == slip, INSERT_VALUES));
+    PetscCall(VecSetValue(u, i, slip == 2 ? PetscSinReal((PetscReal)(number * number)) : number % columns == slip,
+                          INSERT_VALUES));
   }
   PetscCall(VecAssemble(u));
   PetscCall(MatMult(A, u, y));
@@ -50,24 +50,29 @@ static PetscErrorCode Compare(Mat one, Mat many, const PetscInt order[], PetscIn
     PetscCall(Product(many, order, n, slip, b));
     for (PetscInt i = 0; i < rows; i++) most = PetscMax(most, PetscAbsReal(a[i]));
     for (PetscInt i = 0; i < rows; i++)
-      PetscCheck(PetscAbsReal(a[i] - b[i]) <= 1e-9 * most, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-                 "%s: row %" PetscInt_FMT " is %.15g, expected %.15g", type, i, (double)b[i], (double)a[i]);
+      Check(PetscAbsReal(a[i] - b[i]) <= 1e-9 * most, "%s: row %" PetscInt_FMT " is %.15g, expected %.15g", type, i,
+            (double)b[i], (double)a[i]);
   }
   return PETSC_SUCCESS;
 }
 
-/* Two rows and columns of S where the cells' rows are, and of Kn one row and two columns */
-static PetscErrorCode CheckShares(Mat S, Mat Kn, PetscInt cells)
+/* Rows and columns of S for each component where the cells' rows are, and of Kn one row and as many columns */
+static PetscErrorCode CheckShares(Mat S, Mat Kn, PetscInt components, PetscInt cells)
 {
   PetscInt m, n;
 
   PetscCall(MatGetLocalSize(S, &m, &n));
-  PetscCheck(m == 2 * cells && n == 2 * cells, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "S has %" PetscInt_FMT " x %" PetscInt_FMT " here, expected twice %" PetscInt_FMT, m, n, cells);
+  Check(m == components * cells && n == components * cells, "S has %" PetscInt_FMT " x %" PetscInt_FMT " here", m, n);
   PetscCall(MatGetLocalSize(Kn, &m, &n));
-  PetscCheck(m == cells && n == 2 * cells, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "Kn has %" PetscInt_FMT " x %" PetscInt_FMT " here, expected once and twice %" PetscInt_FMT, m, n, cells);
+  Check(m == cells && n == components * cells, "Kn has %" PetscInt_FMT " x %" PetscInt_FMT " here", m, n);
   return PETSC_SUCCESS;
+}
+
+static PetscErrorCode Create(MPI_Comm comm, const SlipCells *c, const char type[], Mat *S, Mat *Kn)
+{
+  if (c->kernel.type->components > 1) return MatCreateSlipCellVectorStiffness(comm, c, type, 1e-6, S, Kn);
+  PetscCall(MatCreateSlipCellStiffness(comm, c, type, 1e-6, S));
+  return MatCreateSlipCellNormalStiffness(comm, c, type, 1e-6, Kn);
 }
 
 static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBool shares)
@@ -82,14 +87,12 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
     nlocal = shared.nlocal;
   else
     PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &nlocal, &n));
-  PetscCall(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, cells, type, 1e-6, &S[0], &Kn[0]));
-  PetscCall(MatCreateSlipCellVectorStiffness(PETSC_COMM_WORLD, &shared, type, 1e-6, &S[1], &Kn[1]));
-  PetscCall(CheckShares(S[1], Kn[1], nlocal));
+  PetscCall(Create(PETSC_COMM_SELF, cells, type, &S[0], &Kn[0]));
+  PetscCall(Create(PETSC_COMM_WORLD, &shared, type, &S[1], &Kn[1]));
+  PetscCall(CheckShares(S[1], Kn[1], cells->kernel.type->components, nlocal));
   PetscCall(Compare(S[0], S[1], order, n, type));
   PetscCall(Compare(Kn[0], Kn[1], order, n, type));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(DestroyObjects(&S[k], &Kn[k]));
-  }
+  for (int k = 0; k < 2; k++) PetscCall(DestroyObjects(&S[k], &Kn[k]));
   return PetscFree(order);
 }
 
@@ -104,7 +107,7 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
   PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &nlocal, &n));
   PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &S[0], &Kn[0]));
   PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_WORLD, &grid, type, &S[1], &Kn[1]));
-  PetscCall(CheckShares(S[1], Kn[1], nlocal));
+  PetscCall(CheckShares(S[1], Kn[1], 2, nlocal));
   PetscCall(Compare(S[0], S[1], NULL, n, type));
   PetscCall(Compare(Kn[0], Kn[1], NULL, n, type));
   for (int k = 0; k < 2; k++) {
@@ -113,16 +116,14 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
     PetscCall(MatSlipStageSetTheta(B[k], 0.02));
   }
   PetscCall(Compare(B[0], B[1], NULL, n, type));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(DestroyObjects(&B[k], &H[k], &S[k], &Kn[k]));
-  }
+  for (int k = 0; k < 2; k++) PetscCall(DestroyObjects(&B[k], &H[k], &S[k], &Kn[k]));
   return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
 {
   static PetscReal data[8 * N], more[TRIANGLE_COLUMNS * T];
-  SlipCells rectangles = TwoDippingPlanes(NX, NZ, data), triangles = TrianglesOf(&rectangles, more);
+  SlipCells rectangles = TwoDippingPlanes(NX, NZ, data), triangles = TrianglesOf(&rectangles, more), rakes = triangles;
 
   rectangles.kernel.type = &SlipKernelDippingVector;
   triangles.kernel.type = &SlipKernelTriangleVector;
@@ -130,6 +131,7 @@ static PetscErrorCode Run(void)
     for (int hmat = 0; hmat < 2; hmat++) {
       PetscCall(OfCells(&rectangles, hmat ? "hmat" : "dense", (PetscBool)shares));
       PetscCall(OfCells(&triangles, hmat ? "hmat" : "dense", (PetscBool)shares));
+      PetscCall(OfCells(&rakes, hmat ? "hmat" : "dense", (PetscBool)shares));
     }
   PetscCall(OfGrid(&rectangles.kernel, "dense"));
   PetscCall(OfGrid(&rectangles.kernel, "hmat"));

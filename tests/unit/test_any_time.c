@@ -52,9 +52,7 @@ static SlipFault Fault(int which)
     ok(SlipFaultSetString(fault, "injection", "3000,2000"));
     ok(FaultSetReals(fault, {"injection_pressure", 2e6}, {"injection_diffusivity", 0.5}, {"injection_stop", 5e6}));
   }
-  if (which == RATE_STATE) {
-    ok(FaultSetStrings(fault, {"friction_law", "rate_and_state"}, {"pore_pressure", record}));
-  }
+  if (which == RATE_STATE) ok(FaultSetStrings(fault, {"friction_law", "rate_and_state"}, {"pore_pressure", record}));
   if (which == FALLING) {
     ok(SlipFaultSetString(fault, "friction_law", "rate_weakening"));
     ok(SlipFaultSetReal(fault, "friction_rate", 0.05)); /* falls by more than inertia and stiffness make swing */

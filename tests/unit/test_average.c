@@ -94,19 +94,6 @@ static void test_parts_add_up(void **state)
       }
 }
 
-/* Far away slip on a cell is one at a point: stress at the centre, up to the square of side over distance. */
-static void test_far_field(void **state)
-{
-  const SlipRectangle source = {0, 0, 3, 1, 1};
-
-  for (PetscReal d = 30; d < 3000; d *= 3) {
-    const SlipRectangle receiver = {d, 0, 3.5, 1, 1};
-    const PetscReal centre = SlipKernelOffset(1, 0.25, d, 0, 3.5, 3, 1, 1, PETSC_FALSE);
-
-    AssertNear(SlipKernelAverage(1, 0.25, &receiver, &source, Core, PETSC_FALSE) / centre, 1, 2 / (d * d));
-  }
-}
-
 /* A core is the gap between two edges which leaves the same stress: what it means, without the formula of the line. */
 static void test_core_is_a_gap(void **state)
 {
@@ -202,5 +189,5 @@ static void test_waves_fix_the_inner_core(void **state)
   AssertNear(WaveError(SLIP_CORE_CELL, 40), 0.0185 + fine, 1e-3);
 }
 
-SLIP_TESTS(test_against_quadrature, test_reciprocity, test_parts_add_up, test_far_field, test_core_is_a_gap,
+SLIP_TESTS(test_against_quadrature, test_reciprocity, test_parts_add_up, test_core_is_a_gap,
            test_waves_fix_the_inner_core, test_crack_fixes_the_cores)

@@ -7,6 +7,7 @@
 */
 #include "unit.h"
 #include "products.h"
+#include "cells.h"
 #include <math.h>
 
 #define NX 11
@@ -53,6 +54,8 @@ static PetscReal Columns[5][NX * NZ];
 /* Cells of one size, rows of a grid one below the other, or on two planes 100 m apart and growing with depth */
 static SlipCells MakeCells(PetscBool grid, PetscReal top)
 {
+  SlipCells cells = CellsOfColumns(NX * NZ, Columns[0]);
+
   for (PetscInt e = 0; e < NX * NZ; e++) {
     const PetscInt ix = e % NX, iz = e / NX;
     const PetscReal b = grid ? 50 : 40 + iz;
@@ -63,13 +66,8 @@ static SlipCells MakeCells(PetscBool grid, PetscReal top)
     Columns[3][e] = 90;
     Columns[4][e] = b;
   }
-  return (SlipCells){.n = NX * NZ,
-                     .x = Columns[0],
-                     .y = Columns[1],
-                     .z = Columns[2],
-                     .length = Columns[3],
-                     .width = Columns[4],
-                     .kernel = Kernel};
+  cells.kernel = Kernel;
+  return cells;
 }
 
 /* (A_i K_ij + A_j K_ji) / (2 mean(A)) straight from the formula */
@@ -105,7 +103,7 @@ static PetscReal Distance(Mat A, Mat B)
 
   ok(MatCreateVecs(B, &x, &a));
   ok(VecDuplicate(a, &b));
-  for (PetscInt i = 0; i < NX * NZ; i++) ok(VecSetValue(x, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  ok(VecFillSines(x));
   ok(ProductDistance(A, B, x, &distance));
   ok(MatGetDiagonal(A, a));
   ok(MatGetDiagonal(B, b));

@@ -10,15 +10,6 @@
 
 static const PetscReal Thetas[] = {0.01, 0.1, 0.5, 1.5, 6.0};
 
-static void Fill(Vec x)
-{
-  PetscInt n;
-
-  ok(VecGetSize(x, &n));
-  for (PetscInt i = 0; i < n; i++) ok(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-  ok(VecAssemble(x));
-}
-
 static Mat Stiffness(PetscReal depth_top, PetscBool full_space, const char *type)
 {
   const SlipGrid grid = {SIDE, SIDE, 3000.0, 3000.0, depth_top, ROCK(0.25, full_space, SLIP_AVERAGE_CENTRE)};
@@ -53,7 +44,7 @@ static PetscReal Contraction(Mat B, Mat A)
   ok(MatCholeskyFactor(factor, order, NULL));
   ok(MatCreateVecs(B, &e, &r));
   ok(VecDuplicate(e, &work));
-  Fill(e);
+  ok(VecFillSines(e));
   for (int k = 0; k < 60; k++) {
     before = Energy(A, e, work);
     ok(VecScale(e, 1 / PetscSqrtReal(before)));
@@ -144,7 +135,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
   ok(MatCreateVecs(B, &x, &y));
   VecsDuplicate(x, &Ax, &Ay, &Bx);
   *distance = *asymmetry = 0;
-  Fill(y);
+  ok(VecFillSines(y));
   ok(MatMult(A, y, Ay));
   for (PetscInt j = first; j <= last; j++) {
     FillDirection(x, j);
@@ -268,7 +259,7 @@ static void test_fused_product(void **state)
     ok(MatCreateSlipStage(K, H, MASS, &B));
     ok(MatCreateVecs(K, &x, &y));
     VecsDuplicate(x, &z, &d);
-    Fill(x);
+    ok(VecFillSines(x));
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Thetas); k++) {
       ok(MatSlipStageSetTheta(B, Thetas[k]));
       ok(MatMult(K, x, y));
@@ -299,7 +290,7 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   ok(MatCreateVecs(H, &x, &y));
   ok(VecDuplicate(y, &z));
   ok(VecGetSize(x, &n));
-  Fill(x);
+  ok(VecFillSines(x));
   for (PetscInt k = 0; k < 30; k++) { /* more than are remembered */
     ok(VecSetValue(x, 17 * k % n, PetscPowRealInt(0.4, (int)k), ADD_VALUES));
     ok(VecAssemble(x));
@@ -364,7 +355,7 @@ static void test_waves_of_deep_grid(void **state)
   ok(VecSet(x, 1));
   for (int k = 0; k < 8; k++) {
     if (k) { /* k = 1: of another direction but for 1e-8; then ever less is new */
-      Fill(z);
+      ok(VecFillSines(z));
       if (k == 1) ok(VecScale(x, 1e-8));
       if (k > 1) ok(VecSetValue(z, 7 * k, 3, INSERT_VALUES));
       ok(VecAssemble(z));
@@ -381,7 +372,7 @@ static void test_waves_of_deep_grid(void **state)
   ok(MatSlipViscosityAllow(H, 1e-3));
   for (int k = 0; k < 12;
        k++) { /* few digits, which few steps a wavenumber have; parts that are known are off as well */
-    Fill(z);
+    ok(VecFillSines(z));
     for (PetscInt i = 0; i < 100; i++) ok(VecSetValue(z, 13 * i + k, 10, INSERT_VALUES));
     ok(VecAssemble(z));
     ok(VecAYPX(x, 0.5, z));

@@ -344,32 +344,4 @@ static void slivers(void **state)
   }
 }
 
-/* The surface has no traction: 1e-12 of the largest stress on it. */
-static void free_surface(void **state)
-{
-  enum { POINTS = 40 };
-
-  for (int trial = 0; trial < 100; trial++) {
-    const PetscReal nu = trial % 5 ? Random(-0.5, 0.49) : 0, slip[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)};
-    PetscReal v[3][3], at[POINTS][3], stress[POINTS][6], traction = 0, most = 0;
-
-    AnyTriangle((PetscBool)(trial % 3 == 0), v);
-    if (trial % 6 == 1) v[2][2] = v[1][2] = v[0][2] = Random(0.3, 2);
-    if (trial % 6 == 3) v[1][2] = v[0][2] = 0; /* an edge on the surface */
-    if (trial % 6 == 3) v[2][2] = Random(0.3, 2);
-    for (int k = 0; k < POINTS; k++) {
-      for (int i = 0; i < 2; i++) at[k][i] = v[0][i] + Random(-4, 4);
-      at[k][2] = 0;
-    }
-    ok(SlipTriangleStress(1, nu, PETSC_FALSE, v[0], slip, POINTS, at[0], stress[0]));
-    for (int k = 0; k < POINTS; k++) {
-      const PetscReal on[3] = {stress[k][2], stress[k][4], stress[k][5]};
-
-      most = PetscMax(most, Largest(6, stress[k]));
-      traction = PetscMax(traction, Largest(3, on));
-    }
-    AssertNear(traction, 0, 1e-12 * most);
-  }
-}
-
-SLIP_TESTS(published_doubles, two_make_a_rectangle, quadrature, far_away, slivers, free_surface)
+SLIP_TESTS(published_doubles, two_make_a_rectangle, quadrature, far_away, slivers)
