@@ -15,6 +15,25 @@ static inline SlipCells CellsOfColumns(PetscInt n, const PetscReal data[])
                      .kernel = {.type = &SlipKernelStrikeSlip, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
 }
 
+/* And with strike, dip and rake, data [8][n] */
+static inline SlipCells DippingCellsOfColumns(PetscInt n, const PetscReal data[])
+{
+  SlipCells c = CellsOfColumns(n, data);
+
+  c.strike = data + 5 * (size_t)n;
+  c.dip = data + 6 * (size_t)n;
+  c.rake = data + 7 * (size_t)n;
+  c.kernel.type = &SlipKernelDipping;
+  return c;
+}
+
+static inline SlipCell CellOf(const SlipCells *c, PetscInt i)
+{
+  return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
+                    .rake = c->rake[i],
+                    .vertices = c->vertices ? c->vertices + 9 * i : NULL};
+}
+
 /* Two parallel faults 300 m apart, nx * nz cells each that grow with depth; n = 2 nx nz cells in data [5][n]. Row k is
    cell k * stride % n of them, one after the other in depth and along strike: a stride prime to n shuffles the rows. */
 static inline SlipCells TwoGradedFaults(PetscInt nx, PetscInt nz, PetscInt stride, PetscReal data[])
@@ -42,7 +61,6 @@ static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCel
   PetscReal *rows;
   SlipH5 h;
 
-  PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(columns * c->n, &rows));
   for (PetscInt i = 0; i < c->n; i++) {
     const PetscReal row[7] = {
@@ -56,15 +74,12 @@ static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCel
     SlipH5WriteAttrString(&h, "/cells", "columns", c->dip ? "x y z length width strike dip" : "x y z length width"));
   if (label) PetscCall(SlipH5WriteReal(&h, "/fault", 1, dims, label, NULL));
   PetscCall(SlipH5Close(&h));
-  PetscCall(PetscFree(rows));
-  PetscFunctionReturn(0);
+  return PetscFree(rows);
 }
 
 static inline PetscErrorCode WriteCells(const char file[], const SlipCells *c)
 {
-  PetscFunctionBeginUser;
-  PetscCall(WriteLabelledCells(file, c, NULL));
-  PetscFunctionReturn(0);
+  return WriteLabelledCells(file, c, NULL);
 }
 
 /* Each rectangle of dipping cells with rakes as two triangles, 2 i and 2 i + 1, in data [17][2 n] */
@@ -74,6 +89,7 @@ static inline SlipCells TrianglesOf(const SlipCells *c, PetscReal data[])
   static const int corner[2][2][3] = {{{0, 1, 2}, {0, 2, 3}}, {{0, 1, 3}, {1, 2, 3}}}; /* the diagonals in turn */
   const PetscInt n = 2 * c->n;
   PetscReal *vertices = data + 8 * (size_t)n;
+  SlipCells triangles = DippingCellsOfColumns(n, data);
 
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt cell = i / 2;
@@ -100,20 +116,10 @@ static inline SlipCells TrianglesOf(const SlipCells *c, PetscReal data[])
     data[6 * (size_t)n + i] = c->dip[cell];
     data[7 * (size_t)n + i] = c->rake ? c->rake[cell] : 0;
   }
-  return (SlipCells){.n = n,
-                     .x = data,
-                     .y = data + n,
-                     .z = data + 2 * (size_t)n,
-                     .length = data + 3 * (size_t)n,
-                     .width = data + 4 * (size_t)n,
-                     .strike = data + 5 * (size_t)n,
-                     .dip = data + 6 * (size_t)n,
-                     .rake = data + 7 * (size_t)n,
-                     .vertices = vertices,
-                     .kernel = {.type = &SlipKernelTriangle,
-                                .shear_modulus = c->kernel.shear_modulus,
-                                .poisson_ratio = c->kernel.poisson_ratio,
-                                .full_space = c->kernel.full_space}};
+  triangles.vertices = vertices;
+  triangles.kernel = c->kernel;
+  triangles.kernel.type = &SlipKernelTriangle;
+  return triangles;
 }
 
 /* Two planes that meet in an edge, nx cells of 100 m along strike times nz of 80 m each, with rakes that vary; data
@@ -121,7 +127,6 @@ static inline SlipCells TrianglesOf(const SlipCells *c, PetscReal data[])
 static inline SlipCells TwoDippingPlanes(PetscInt nx, PetscInt nz, PetscReal data[])
 {
   const PetscInt n = 2 * nx * nz;
-  SlipCells c = CellsOfColumns(n, data);
 
   for (PetscInt e = 0; e < n; e++) {
     const PetscInt plane = e / (nx * nz), i = e % nx, j = e / nx % nz;
@@ -138,9 +143,5 @@ static inline SlipCells TwoDippingPlanes(PetscInt nx, PetscInt nz, PetscReal dat
 
     for (int k = 0; k < 8; k++) data[k * (size_t)n + e] = value[k];
   }
-  c.strike = data + 5 * (size_t)n;
-  c.dip = data + 6 * (size_t)n;
-  c.rake = data + 7 * (size_t)n;
-  c.kernel.type = &SlipKernelDipping;
-  return c;
+  return DippingCellsOfColumns(n, data);
 }

@@ -16,7 +16,6 @@ static const char base[] = "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault
                            "-fault_progress no -ts_max_time 7e9 ";
 static PetscBool present;
 #define NEEDS_DEVICE                                                                                                   \
-  (void)state;                                                                                                         \
   if (!present) skip()
 
 typedef struct {
@@ -37,8 +36,6 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   PetscInt refused;
   PetscReal end;
 
-  PetscFunctionBegin;
-  (void)w;
   PetscCall(TSGetStepRejections(ts, &refused));
   PetscCall(TSGetMaxTime(ts, &end));
   if (step > 2 &&
@@ -51,7 +48,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   run->bytes = PetscMax(run->bytes, now.bytes);
   run->last = now;
   run->refused = refused;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Before SlipFaultSetUp(), for fields and functions of a test; NULL: none */
@@ -61,10 +58,8 @@ static PetscErrorCode Begin(const char options[], Run *run)
 {
   PetscReal a[N];
 
-  PetscFunctionBegin;
   *run = (Run){0};
-  PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, base));
+  PetscCall(SetOptions(base));
   PetscCall(PetscOptionsInsertString(NULL, options));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &run->fault));
   PetscCall(SlipFaultSetFromOptions(run->fault));
@@ -78,15 +73,13 @@ static PetscErrorCode Begin(const char options[], Run *run)
   PetscCall(SlipFaultConfigureTS(run->fault, run->ts));
   PetscCall(TSSetSolution(run->ts, run->w));
   PetscCall(TSMonitorSet(run->ts, Watch, run, NULL));
-  PetscCall(TSSetFromOptions(run->ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TSSetFromOptions(run->ts);
 }
 
 static PetscErrorCode Solve(const char options[], Run *run)
 {
   int code;
 
-  PetscFunctionBegin;
   PetscCall(Begin(options, run));
   PetscCall(SlipFaultOutputStart(run->fault, run->ts));
   PetscCall(SlipFaultCheckpointStart(run->fault, run->ts));
@@ -94,8 +87,7 @@ static PetscErrorCode Solve(const char options[], Run *run)
   PetscCall(SlipFaultCheckpointFinish(run->fault, run->ts, &code));
   PetscCall(SlipFaultOutputFinish(run->fault, run->ts, 0, 0));
   PetscCall(TSGetStepNumber(run->ts, &run->steps));
-  PetscCall(TSGetStepRejections(run->ts, &run->rejected));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TSGetStepRejections(run->ts, &run->rejected);
 }
 
 static void End(Run *run)
@@ -211,7 +203,6 @@ static int setup(void **state)
 {
   SlipDevice device;
 
-  (void)state;
   present = SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device) ? PETSC_FALSE : PETSC_TRUE;
   if (!present) print_message("skipped: %s\n", message);
   return 0;

@@ -8,14 +8,27 @@ typedef struct {
   PetscReal value;
 } FaultReal;
 
-/* SlipFaultSetReal() of several: FaultSetReals(fault, {"nx", 3}, {"nz", 2}) */
+typedef struct {
+  const char *name, *value;
+} FaultString;
+
+/* SlipFaultSetReal() and SlipFaultSetString() of several: FaultSetReals(fault, {"nx", 3}, {"nz", 2}) */
 #define FaultSetReals(fault, ...)                                                                                      \
-  FaultSetRows(fault, sizeof((const FaultReal[]){__VA_ARGS__}) / sizeof(FaultReal), (const FaultReal[]){__VA_ARGS__})
-static inline PetscErrorCode FaultSetRows(SlipFault fault, size_t n, const FaultReal row[])
+  FaultSetRealRows(fault, sizeof((const FaultReal[]){__VA_ARGS__}) / sizeof(FaultReal),                                \
+                   (const FaultReal[]){__VA_ARGS__})
+#define FaultSetStrings(fault, ...)                                                                                    \
+  FaultSetStringRows(fault, sizeof((const FaultString[]){__VA_ARGS__}) / sizeof(FaultString),                          \
+                     (const FaultString[]){__VA_ARGS__})
+static inline PetscErrorCode FaultSetRealRows(SlipFault fault, size_t n, const FaultReal row[])
 {
-  PetscFunctionBegin;
   for (size_t i = 0; i < n; i++) PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
+}
+
+static inline PetscErrorCode FaultSetStringRows(SlipFault fault, size_t n, const FaultString row[])
+{
+  for (size_t i = 0; i < n; i++) PetscCall(SlipFaultSetString(fault, row[i].name, row[i].value));
+  return PETSC_SUCCESS;
 }
 
 /* The fault set up, its state, and a TS of it up to time end [s] under a type of TSAdapt; dt [s] is the first step, and
@@ -24,7 +37,6 @@ static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, Petsc
 {
   TSAdapt adapt;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultCreateState(fault, w));
   PetscCall(SlipFaultSetInitialState(fault, *w));
@@ -34,5 +46,5 @@ static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, Petsc
   if (type) PetscCall(TSAdaptSetType(adapt, type));
   if (dt > 0) PetscCall(TSSetTimeStep(*ts, dt));
   if (end > 0) PetscCall(TSSetMaxTime(*ts, end));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

@@ -31,7 +31,6 @@ static char message[512]; /* of the first error, and the content of what was acc
 static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
                            PetscErrorType type, const char *text, void *ctx)
 {
-  (void)comm, (void)line, (void)function, (void)file, (void)ctx;
   if (type == PETSC_ERROR_INITIAL && !message[0]) snprintf(message, sizeof(message), "%s", text ? text : "no message");
   return code;
 }
@@ -43,7 +42,6 @@ static PetscErrorCode ReadPolicy(const char file[])
   PetscBool has;
   SlipH5 h;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   PetscCall(SlipPolicyLoad(p, file));
   PetscCall(SlipPolicyGetHash(p, &hash));
@@ -51,8 +49,7 @@ static PetscErrorCode ReadPolicy(const char file[])
   PetscCall(SlipH5HasAttribute(&h, "/", "checksum", &has));
   PetscCall(SlipH5Close(&h));
   snprintf(message, sizeof(message), "%s", has ? hash : "none");
-  PetscCall(SlipPolicyDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipPolicyDestroy(&p);
 }
 
 static PetscErrorCode MakePolicy(const char file[])
@@ -62,7 +59,6 @@ static PetscErrorCode MakePolicy(const char file[])
   const PetscReal w0[] = {1, -2, 0.5, 0.25, -3, 1}, b0[] = {0.1, -0.2, 0.3}, w1[] = {0.7, -1.1, 0.4}, b1[] = {0.05};
   SlipPolicy p;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   PetscCall(SlipPolicySetObservations(p, 2, names, scale, offset));
   PetscCall(SlipPolicyAddLayer(p, 2, 3, w0, b0, SLIP_ACTIVATION_TANH));
@@ -73,8 +69,7 @@ static PetscErrorCode MakePolicy(const char file[])
   PetscCall(SlipPolicySetAttribute(p, "alpha", "0.1"));
   PetscCall(SlipPolicySetAttribute(p, "created", "2026-11-22T00:00:00Z")); /* the same file every time */
   PetscCall(SlipPolicyStore(p, file));
-  PetscCall(SlipPolicyDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipPolicyDestroy(&p);
 }
 
 /* A fault of 3 x 2 cells, set up with one option that names the file. */
@@ -82,14 +77,12 @@ static PetscErrorCode ReadOfFault(const char option[], const char file[])
 {
   SlipFault fault;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   PetscCall(SlipFaultSetReal(fault, "nx", 3));
   PetscCall(SlipFaultSetReal(fault, "nz", 2));
   PetscCall(SlipFaultSetString(fault, option, file));
   PetscCall(SlipFaultSetUp(fault));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipFaultDestroy(&fault);
 }
 
 static PetscErrorCode ReadMesh(const char file[])
@@ -194,7 +187,6 @@ static PetscErrorCode Report(size_t kind, const char file[])
   ssize_t n;
   pid_t child;
 
-  PetscFunctionBeginUser;
   PetscCheck(!pipe(ends), PETSC_COMM_SELF, PETSC_ERR_SYS, "no pipe");
   gettimeofday(&begin, NULL);
   child = fork();
@@ -219,7 +211,7 @@ static PetscErrorCode Report(size_t kind, const char file[])
   printf("\t%.2f\t%ld\t%s\n", (double)(end.tv_sec - begin.tv_sec) + 1e-6 * (double)(end.tv_usec - begin.tv_usec),
          used.ru_maxrss, text);
   fflush(stdout);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 int main(int argc, char **argv)
@@ -228,7 +220,6 @@ int main(int argc, char **argv)
   size_t kind = 0;
   void *frame;
 
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(NULL, NULL, NULL, NULL));
   PetscCall(SlipStepInitializePackage());
   PetscCall(PetscPopSignalHandler());
@@ -241,6 +232,5 @@ int main(int argc, char **argv)
     file[strcspn(file, "\n")] = '\0';
     PetscCall(Report(kind, file));
   }
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

@@ -149,7 +149,6 @@ static int GoldenLoad(void **state)
   const char *const places[] = {"../shared/references", "../../shared/references"};
   char file[4096];
 
-  (void)state;
   for (size_t i = 0; i < 2 && !golden; ++i) {
     Path(sizeof(file), file, "%s/%s/tqc_golden.json", source ? source : ".", places[i]);
     golden = JsonLoad(file);
@@ -163,7 +162,6 @@ static int GoldenLoad(void **state)
 
 static int GoldenFree(void **state)
 {
-  (void)state;
   free(golden);
   return 0;
 }

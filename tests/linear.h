@@ -15,27 +15,20 @@ static inline PetscErrorCode LinearResidual(SlipConstraint con, Vec x, Vec g, vo
 {
   LinearSystem *s = (LinearSystem *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   s->products++;
   PetscCall(MatMult(s->B, x, g));
-  PetscCall(VecAXPY(g, -1, s->load));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAXPY(g, -1, s->load);
 }
 
 static inline PetscErrorCode LinearJacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con, (void)x;
   *B = ((LinearSystem *)ctx)->B;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode LinearBound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con, (void)x;
   PetscCall(VecSet(q, ((LinearSystem *)ctx)->q));
   if (dq) PetscCall(VecZeroEntries(dq));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

@@ -11,16 +11,12 @@ static PetscErrorCode Rate(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   const PetscScalar *x;
   PetscScalar *r;
 
-  PetscFunctionBeginUser;
-  (void)ts, (void)t, (void)ctx;
   evaluations++;
-  PetscCall(VecGetArrayRead(u, &x));
+  x = VecRead(u);
   PetscCall(VecGetArrayWrite(f, &r));
   r[0] = x[0] * (1 - x[1]);
   r[1] = x[1] * (x[0] - 1);
-  PetscCall(VecRestoreArrayWrite(f, &r));
-  PetscCall(VecRestoreArrayRead(u, &x));
-  PetscFunctionReturn(0);
+  return VecRestoreArrayWrite(f, &r);
 }
 
 #define END 8.0
@@ -29,8 +25,7 @@ static void Make(TS *ts, Vec *u, const char type[], PetscReal dt)
 {
   ok(VecCreateSeq(PETSC_COMM_SELF, 2, u));
   ok(VecSetValues(*u, 2, (const PetscInt[]){0, 1}, (const PetscScalar[]){2, 0.5}, INSERT_VALUES));
-  ok(VecAssemblyBegin(*u));
-  ok(VecAssemblyEnd(*u));
+  ok(VecAssemble(*u));
   ok(TSCreate(PETSC_COMM_SELF, ts));
   ok(TSSetProblemType(*ts, TS_NONLINEAR));
   ok(TSSetType(*ts, type));

@@ -21,19 +21,17 @@ static PetscErrorCode Memory(SlipElastic el, PetscInt slot, PetscReal t, Vec u, 
   PetscReal x;
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   if (slot < 0) {
     PetscCall(VecZeroEntries(m));
-    PetscFunctionReturn(PETSC_SUCCESS);
+    return PETSC_SUCCESS;
   }
   PetscCall(SlipElasticGetPast(el, slot, &past));
   x = (t - past.t) / c->tau;
   PetscCall(VecWAXPY(c->now, -1, past.u, u));
   PetscCall(VecScale(c->now, c->k * (x > 0 ? -expm1(-x) / x : 1)));
   PetscCall(VecAXPY(c->now, exp(-x), c->m[slot]));
-  PetscCall(VecCopy(c->now, m));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecCopy(c->now, m);
 }
 
 static PetscErrorCode SetUp_Maxwell(SlipElastic el, const SlipElasticRock *rock)
@@ -41,7 +39,6 @@ static PetscErrorCode SetUp_Maxwell(SlipElastic el, const SlipElasticRock *rock)
   Maxwell *c;
   Mat K;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticGetMatrices(el, &K, NULL, NULL));
   for (int i = 0; i < 2; i++) PetscCall(MatCreateVecs(K, &c->m[i], NULL));
@@ -50,8 +47,7 @@ static PetscErrorCode SetUp_Maxwell(SlipElastic el, const SlipElasticRock *rock)
   PetscCall(MatDuplicate(c->K, MAT_COPY_VALUES, &c->B));
   PetscCall(MatSetOption(c->B, MAT_SYMMETRIC, PETSC_TRUE));
   c->mass = rock->inertia ? rock->mass : 0;
-  PetscCall(SlipElasticGetImpedance(el, &c->eta));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipElasticGetImpedance(el, &c->eta);
 }
 
 static PetscErrorCode Force_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
@@ -59,15 +55,13 @@ static PetscErrorCode Force_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, V
   PetscInt slot;
   Vec m;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
-  if (!u || !shear) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!u || !shear) return PETSC_SUCCESS;
   PetscCall(SlipElasticFindPast(el, t, &slot));
   PetscCall(VecDuplicate(u, &m));
   PetscCall(Memory(el, slot, t, u, m));
   PetscCall(VecAXPY(shear, 1, m));
-  PetscCall(VecDestroy(&m));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&m);
 }
 
 static PetscErrorCode Stage_Maxwell(SlipElastic el, PetscReal t, PetscReal theta, Mat *B, Mat *C)
@@ -77,7 +71,6 @@ static PetscErrorCode Stage_Maxwell(SlipElastic el, PetscReal t, PetscReal theta
   PetscReal x;
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticFindPast(el, t, &slot));
   PetscCall(SlipElasticGetPast(el, slot, &past));
@@ -87,7 +80,7 @@ static PetscErrorCode Stage_Maxwell(SlipElastic el, PetscReal t, PetscReal theta
   PetscCall(MatShift(c->B, c->mass / theta + c->eta + theta * c->k * (x > 0 ? -expm1(-x) / x : 1)));
   *B = c->B;
   *C = NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* m^2/(2 k) in the place of u m/2, and m^2/(k tau) */
@@ -98,19 +91,15 @@ static PetscErrorCode Energy_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscRe
   Maxwell *c;
   Vec m;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticFindPast(el, t, &slot));
   PetscCall(VecDuplicate(u, &m));
   PetscCall(Memory(el, slot, t, u, m));
   PetscCall(VecGetLocalSize(u, &n));
-  PetscCall(VecGetArrayRead(u, &a));
-  PetscCall(VecGetArrayRead(m, &b));
+  a = VecRead(u);
+  b = VecRead(m);
   for (PetscInt i = 0; i < n; i++) *stored += b[i] * b[i] / (2 * c->k) - a[i] * b[i] / 2;
-  PetscCall(VecRestoreArrayRead(m, &b));
-  PetscCall(VecRestoreArrayRead(u, &a));
-  PetscCall(VecDestroy(&m));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&m);
 }
 
 static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
@@ -120,63 +109,49 @@ static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, P
   Maxwell *c;
   Vec m;
 
-  PetscFunctionBegin;
-  (void)v;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticFindPast(el, t, &slot));
   PetscCall(VecDuplicate(u, &m));
   PetscCall(Memory(el, slot, t, u, m));
   PetscCall(VecGetLocalSize(u, &n));
-  PetscCall(VecGetArrayRead(m, &a));
+  a = VecRead(m);
   for (PetscInt i = 0; i < n; i++) *lost += a[i] * a[i] / (c->k * c->tau);
-  PetscCall(VecRestoreArrayRead(m, &a));
-  PetscCall(VecDestroy(&m));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&m);
 }
 
 static PetscErrorCode Advance_Maxwell(SlipElastic el, PetscInt from, PetscInt to, PetscReal t, Vec u)
 {
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(Memory(el, from, t, u, c->m[to]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return Memory(el, from, t, u, c->m[to]);
 }
 
 static PetscErrorCode Copy_Maxwell(SlipElastic el, PetscInt from, PetscInt to)
 {
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(VecCopy(c->m[from], c->m[to]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecCopy(c->m[from], c->m[to]);
 }
 
 static PetscErrorCode Visit_Maxwell(SlipElastic el, SlipState state)
 {
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipStateVec(state, "stress_before", c->m[0]));
-  PetscCall(SlipStateVec(state, "stress", c->m[1]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipStateVec(state, "stress", c->m[1]);
 }
 
 static PetscErrorCode Destroy_Maxwell(SlipElastic el)
 {
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   for (int i = 0; i < 2; i++) PetscCall(VecDestroy(&c->m[i]));
-  PetscCall(VecDestroy(&c->now));
-  PetscCall(MatDestroy(&c->K));
-  PetscCall(MatDestroy(&c->B));
-  PetscCall(PetscFree(c));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DestroyObjects(&c->now, &c->K, &c->B));
+  return PetscFree(c);
 }
 
 static PetscErrorCode Create_Maxwell(SlipElastic el)
@@ -192,10 +167,8 @@ static PetscErrorCode Create_Maxwell(SlipElastic el)
                                      .destroy = Destroy_Maxwell};
   Maxwell *c;
 
-  PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->tau = Tau;
   c->k = Stiffness;
-  PetscCall(SlipElasticSetOps(el, &ops, c));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipElasticSetOps(el, &ops, c);
 }

@@ -1,7 +1,6 @@
 /* Operators compared by their products. */
 #pragma once
-#include <slipstep/rooms.h>
-#include <slipcompat.h>
+#include "objects.h"
 
 /* |A x - B x| / |B x| */
 static inline PetscErrorCode ProductDistance(Mat A, Mat B, Vec x, PetscReal *distance)
@@ -9,16 +8,12 @@ static inline PetscErrorCode ProductDistance(Mat A, Mat B, Vec x, PetscReal *dis
   PetscReal norm;
   Vec a, b;
 
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &a));
-  PetscCall(VecDuplicate(x, &b));
+  PetscCall(DuplicateVecs(x, &a, &b));
   PetscCall(MatMult(A, x, a));
   PetscCall(MatMult(B, x, b));
   PetscCall(VecNorm(b, NORM_2, &norm));
   PetscCall(VecAXPY(a, -1, b));
   PetscCall(VecNorm(a, NORM_2, distance));
   *distance /= norm;
-  PetscCall(VecDestroy(&a));
-  PetscCall(VecDestroy(&b));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&a, &b);
 }

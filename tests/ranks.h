@@ -1,7 +1,9 @@
 /* main() of the tests that are no cmocka programs: run() on all ranks between PETSc's start and end. */
 #pragma once
-#include <slipstep/rooms.h>
-#include <slipcompat.h>
+#include "objects.h"
+
+/* An error of this process with a message, unless it holds */
+#define Check(holds, ...) PetscCheck(holds, PETSC_COMM_SELF, PETSC_ERR_PLIB, __VA_ARGS__)
 
 #define SLIP_RANKS(run)                                                                                                \
   int main(int argc, char **argv)                                                                                      \

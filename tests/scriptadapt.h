@@ -8,14 +8,12 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
 
 static inline PetscErrorCode CreateAdapt(TSAdapt adapt)
 {
-  PetscFunctionBeginUser;
   adapt->ops->choose = Choose;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline int Register(void **state)
 {
-  (void)state;
   return (int)TSAdaptRegister("script", CreateAdapt);
 }
 

@@ -26,58 +26,44 @@ static struct {
 
 static inline PetscErrorCode EvaluateWLTE_Scripted(TS ts, NormType norm, PetscInt *order, PetscReal *wlte)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)norm;
   *order = script.order + 1; /* the power of h in the estimate of a method of that order */
   *wlte = script.last.error;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode GetLastAttempt_Scripted(TS ts, SlipAttempt *attempt)
 {
-  PetscFunctionBegin;
-  (void)ts;
   *attempt = script.last;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode Find_Scripted(TS ts, const char name[], PetscInt *row, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ctx;
-  (void)ts;
   *row = strcmp(name, "energy") || isnan(script.energy) ? -1 : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode Observe_Scripted(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[],
                                               void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ctx;
-  (void)ts, (void)t;
   for (PetscInt i = 0; i < n; i++) {
     assert_int_equal(0, (int)row[i]);
     value[i] = script.energy;
     script.asked++;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode TimeScale_Scripted(TS ts, PetscReal *tstar, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)ctx;
   *tstar = 2;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode Untrained_Scripted(TS ts, const char **why, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)ctx;
   *why = script.untrained;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* One attempt as TSBATHE makes it; ends the run when the script does. */
@@ -87,7 +73,6 @@ static inline PetscErrorCode Attempt(TS ts, PetscBool *accept)
   PetscErrorCode (*after)(TSAdapt, TS, PetscReal, PetscReal *);
   PetscReal next = ts->time_step;
 
-  PetscFunctionBegin;
   *accept = PETSC_FALSE;
   script.tried[script.at] = ts->time_step;
   script.last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = ts->time_step, .error = E, .solves = 1};
@@ -103,7 +88,7 @@ static inline PetscErrorCode Attempt(TS ts, PetscBool *accept)
   if (*accept) ts->ptime += ts->time_step;
   ts->time_step = next;
   if (script.at == script.n) ts->reason = TS_CONVERGED_USER;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static inline PetscErrorCode Step_Scripted(TS ts)
@@ -112,7 +97,6 @@ static inline PetscErrorCode Step_Scripted(TS ts)
   PetscErrorCode (*needs)(TSAdapt, PetscBool *);
   PetscBool accept = PETSC_FALSE;
 
-  PetscFunctionBegin;
   if (!script.at) {
     PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &first));
     if (first) PetscCall((*first)(ts->adapt, ts, &ts->time_step));
@@ -121,7 +105,7 @@ static inline PetscErrorCode Step_Scripted(TS ts)
     if (needs) PetscCall((*needs)(ts->adapt, &script.needs_error));
   }
   while (!accept && !ts->reason) PetscCall(Attempt(ts, &accept));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static const SlipProblemOps Scripted = {.time_scale = TimeScale_Scripted,
@@ -131,22 +115,17 @@ static const SlipProblemOps Scripted = {.time_scale = TimeScale_Scripted,
 
 static inline PetscErrorCode Create_Scripted(TS ts)
 {
-  PetscFunctionBegin;
   ts->ops->step = Step_Scripted;
   ts->ops->evaluatewlte = EvaluateWLTE_Scripted;
   ts->usessnes = PETSC_FALSE;
   ts->default_adapt_type = TSADAPTNONE;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", GetLastAttempt_Scripted));
-  PetscCall(TSSetSlipProblem(ts, &Scripted, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TSSetSlipProblem(ts, &Scripted, NULL);
 }
 
 static inline PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)y, (void)ctx;
-  PetscCall(VecZeroEntries(f));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecZeroEntries(f);
 }
 
 /* A TS of three components (2, -4, 1), T* = 2 s, 100 s, first step h. */
@@ -159,8 +138,7 @@ static inline TS start(const char *type, const char *options, PetscReal h)
   memset(&script, 0, sizeof(script));
   script.order = 2;
   script.energy = NAN;
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, "scripted"));
   ok(TSSetRHSFunction(ts, NULL, Rhs, NULL));
@@ -168,8 +146,7 @@ static inline TS start(const char *type, const char *options, PetscReal h)
   ok(VecSetValue(y, 0, 2, INSERT_VALUES));
   ok(VecSetValue(y, 1, -4, INSERT_VALUES));
   ok(VecSetValue(y, 2, 1, INSERT_VALUES));
-  ok(VecAssemblyBegin(y));
-  ok(VecAssemblyEnd(y));
+  ok(VecAssemble(y));
   ok(TSSetSolution(ts, y));
   ok(VecDestroy(&y));
   ok(TSSetTimeStep(ts, h));
@@ -202,7 +179,6 @@ static inline void accepted(const char *pattern)
 
 static inline int Register(void **state)
 {
-  (void)state;
   return (int)TSRegister("scripted", Create_Scripted);
 }
 

@@ -19,17 +19,13 @@ typedef struct {
 
 static inline PetscErrorCode SlidersGet(Vec w, PetscInt field, Vec x)
 {
-  PetscFunctionBegin;
-  PetscCall(VecStrideGather(w, field, x, INSERT_VALUES));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecStrideGather(w, field, x, INSERT_VALUES);
 }
 
 static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   p->stages++;
   if (st->theta != p->theta) {
     p->theta = st->theta;
@@ -54,7 +50,7 @@ static PetscErrorCode SlidersStage(SlipConstraint con, const SlipStage *st, void
     PetscCall(SlidersGet(st->explicit_part, 0, p->work));
     PetscCall(VecAXPY(p->l.load, 1.0, p->work));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* q and, if dq is given, its derivative with s = s0 + theta |x| */
@@ -64,11 +60,10 @@ static PetscErrorCode SlidersFriction(Sliders *p, Vec s0, Vec x, PetscReal theta
   PetscScalar *qq, *d = NULL;
   PetscInt n;
 
-  PetscFunctionBegin;
   PetscCall(VecGetLocalSize(s0, &n));
-  PetscCall(VecGetArrayRead(s0, &s));
-  PetscCall(VecGetArrayRead(p->bound, &b));
-  if (x) PetscCall(VecGetArrayRead(x, &v));
+  s = VecRead(s0);
+  b = VecRead(p->bound);
+  if (x) v = VecRead(x);
   PetscCall(VecGetArray(q, &qq));
   if (dq) PetscCall(VecGetArray(dq, &d));
   for (PetscInt i = 0; i < n; i++) {
@@ -78,18 +73,13 @@ static PetscErrorCode SlidersFriction(Sliders *p, Vec s0, Vec x, PetscReal theta
     if (d) d[i] = -b[i] * theta * e / p->dc;
   }
   if (dq) PetscCall(VecRestoreArray(dq, &d));
-  PetscCall(VecRestoreArray(q, &qq));
-  if (x) PetscCall(VecRestoreArrayRead(x, &v));
-  PetscCall(VecRestoreArrayRead(p->bound, &b));
-  PetscCall(VecRestoreArrayRead(s0, &s));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(q, &qq);
 }
 
 static PetscErrorCode SlidersBound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  (void)con;
   return SlidersFriction(p, p->sbase, x, p->theta, q, dq);
 }
 
@@ -97,35 +87,26 @@ static PetscErrorCode SlidersBoundState(SlipConstraint con, PetscReal t, Vec w, 
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con, (void)t;
   PetscCall(SlidersGet(w, 2, p->work));
-  PetscCall(SlidersFriction(p, p->work, NULL, 0.0, q, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlidersFriction(p, p->work, NULL, 0.0, q, NULL);
 }
 
 static PetscErrorCode SlidersReduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
-  PetscCall(SlidersGet(w, 0, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlidersGet(w, 0, x);
 }
 
 static PetscErrorCode SlidersLift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecStrideScatter(x, 0, w, INSERT_VALUES));
   PetscCall(VecWAXPY(p->work, p->theta, x, p->ubase));
   PetscCall(VecStrideScatter(p->work, 1, w, INSERT_VALUES));
   PetscCall(VecCopy(x, p->work));
   PetscCall(VecAbs(p->work));
   PetscCall(VecAYPX(p->work, p->theta, p->sbase));
-  PetscCall(VecStrideScatter(p->work, 2, w, INSERT_VALUES));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecStrideScatter(p->work, 2, w, INSERT_VALUES);
 }
 
 static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
@@ -133,10 +114,7 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   Sliders *p = (Sliders *)ctx;
   Vec v, f;
 
-  PetscFunctionBegin;
-  (void)con, (void)t;
-  PetscCall(VecDuplicate(p->work, &v));
-  PetscCall(VecDuplicate(p->work, &f));
+  PetscCall(DuplicateVecs(p->work, &v, &f));
   PetscCall(SlidersGet(w, 0, v));
   PetscCall(SlidersGet(w, 1, p->work));
   PetscCall(MatMult(p->H, v, f));
@@ -146,30 +124,22 @@ static PetscErrorCode SlidersSmooth(SlipConstraint con, PetscReal t, Vec w, Vec 
   PetscCall(VecStrideScatter(v, 1, F, INSERT_VALUES));
   PetscCall(VecAbs(v));
   PetscCall(VecStrideScatter(v, 2, F, INSERT_VALUES));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&f));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&v, &f);
 }
 
 static PetscErrorCode SlidersAddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
   Sliders *p = (Sliders *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecCopy(r, p->work));
   PetscCall(VecScale(p->work, a));
-  PetscCall(VecStrideScatter(p->work, 0, F, ADD_VALUES));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecStrideScatter(p->work, 0, F, ADD_VALUES);
 }
 
 static PetscErrorCode SlidersSolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
-  PetscCall(VecStrideScale(k, 0, 1.0 / ((Sliders *)ctx)->mass));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecStrideScale(k, 0, 1.0 / ((Sliders *)ctx)->mass);
 }
 
 /* K is given by its entries, a function of two indices; H = eta I */
@@ -195,14 +165,12 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
                                  PETSC_TRUE};
   PetscInt first, last;
 
-  PetscFunctionBegin;
   *p = (Sliders){.n = n, .mass = mass, .mud = 1.0, .dmu = 0.0, .dc = 1.0, .theta = -1.0};
   PetscCall(MatCreateDense(comm, PETSC_DECIDE, PETSC_DECIDE, n, n, NULL, &p->K));
   PetscCall(MatGetOwnershipRange(p->K, &first, &last));
   for (PetscInt i = first; i < last; i++)
     for (PetscInt j = 0; j < n; j++) PetscCall(MatSetValue(p->K, i, j, entry(i, j, n), INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(p->K, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(p->K, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemble(p->K));
   PetscCall(MatDuplicate(p->K, MAT_COPY_VALUES, &p->l.B));
   PetscCall(MatDuplicate(p->K, MAT_DO_NOT_COPY_VALUES, &p->H));
   PetscCall(MatZeroEntries(p->H));
@@ -210,42 +178,26 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
   PetscCall(MatCreateVecs(p->K, &p->bound, &p->load));
   PetscCall(VecSet(p->bound, 1.0));
   PetscCall(VecSet(p->load, 0.0));
-  PetscCall(VecDuplicate(p->bound, &p->l.load));
-  PetscCall(VecDuplicate(p->bound, &p->ubase));
-  PetscCall(VecDuplicate(p->bound, &p->sbase));
-  PetscCall(VecDuplicate(p->bound, &p->work));
-  PetscCall(SlipConstraintCreate(comm, &ops, p, p->bound, &p->con));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DuplicateVecs(p->bound, &p->l.load, &p->ubase, &p->sbase, &p->work));
+  return SlipConstraintCreate(comm, &ops, p, p->bound, &p->con);
 }
 
 static inline PetscErrorCode SlidersCreateState(Sliders *p, Vec *w)
 {
   PetscInt n;
 
-  PetscFunctionBegin;
   PetscCall(VecGetLocalSize(p->bound, &n));
   PetscCall(VecCreate(PetscObjectComm((PetscObject)p->bound), w));
   PetscCall(VecSetSizes(*w, 3 * n, PETSC_DETERMINE));
   PetscCall(VecSetBlockSize(*w, 3));
   PetscCall(VecSetFromOptions(*w));
-  PetscCall(VecZeroEntries(*w));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecZeroEntries(*w);
 }
 
 static inline PetscErrorCode SlidersDestroy(Sliders *p)
 {
-  PetscFunctionBegin;
-  PetscCall(MatDestroy(&p->K));
-  PetscCall(MatDestroy(&p->H));
-  PetscCall(MatDestroy(&p->l.B));
-  PetscCall(VecDestroy(&p->bound));
-  PetscCall(VecDestroy(&p->load));
-  PetscCall(VecDestroy(&p->l.load));
-  PetscCall(VecDestroy(&p->ubase));
-  PetscCall(VecDestroy(&p->sbase));
-  PetscCall(VecDestroy(&p->work));
-  PetscCall(SlipConstraintDestroy(&p->con));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&p->K, &p->H, &p->l.B, &p->bound, &p->load, &p->l.load, &p->ubase, &p->sbase, &p->work,
+                        &p->con);
 }
 
 /* A constant-step TSBATHE over [0, tmax] from w (which receives the end) */
@@ -255,7 +207,6 @@ static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReactionType reacti
   TS ts;
   TSAdapt adapt;
 
-  PetscFunctionBegin;
   PetscCall(TSCreate(PetscObjectComm((PetscObject)w), &ts));
   PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(TSBatheSetStageError(ts, 0)); /* numbers of the method alone */
@@ -274,5 +225,5 @@ static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReactionType reacti
     *out = ts;
   else
     PetscCall(TSDestroy(&ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }

@@ -15,11 +15,9 @@ static inline void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
 
 static inline void Get(Vec w, PetscInt n, PetscReal values[])
 {
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(w);
 
-  ok(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n; i++) values[i] = a[i];
-  ok(VecRestoreArrayRead(w, &a));
 }
 
 static inline Vec State(PetscInt n, const PetscReal values[])

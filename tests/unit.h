@@ -7,8 +7,7 @@
 #include <cmocka.h>
 #include <stdio.h>
 #include <string.h>
-#include <slipstep/rooms.h>
-#include <slipcompat.h>
+#include "objects.h"
 
 /* The kernel of vertical strike-slip cells in a rock */
 #define ROCK(nu, full_space, average)                                                                                  \
@@ -22,7 +21,6 @@ static char message[4096], raised[256]; /* of the last error, and where it was r
 static inline PetscErrorCode Record(MPI_Comm comm, int line, const char *fun, const char *src, PetscErrorCode n,
                                     PetscErrorType p, const char *mess, void *ctx)
 {
-  (void)comm, (void)ctx;
   if (p == PETSC_ERROR_INITIAL) {
     snprintf(message, sizeof(message), "%s", mess ? mess : "");
     snprintf(raised, sizeof(raised), "%s() at %s:%d", fun, src, line);
@@ -58,6 +56,15 @@ static inline void AssertVecNear(Vec value, Vec reference, NormType norm, PetscR
   if (!(error <= allowed)) fail_msg("off by %g, expected at most %g", (double)error, (double)allowed);
 }
 
+/* To a share of the reference's norm */
+static inline void AssertVecClose(Vec value, Vec reference, NormType norm, PetscReal share)
+{
+  PetscReal size;
+
+  ok(VecNorm(reference, norm, &size));
+  AssertVecNear(value, reference, norm, share * size);
+}
+
 static inline void SetAdapt(TS ts, TSAdaptType type)
 {
   TSAdapt adapt;
@@ -66,19 +73,8 @@ static inline void SetAdapt(TS ts, TSAdaptType type)
   ok(TSAdaptSetType(adapt, type));
 }
 
-/* Vectors like v, by their addresses */
-#define VecsDuplicate(v, ...)                                                                                          \
-  do {                                                                                                                 \
-    Vec *const each[] = {__VA_ARGS__};                                                                                 \
-    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(VecDuplicate(v, each[one]));                    \
-  } while (0)
-
-/* Destroys PETSc's objects and ours, of any classes, by their addresses */
-#define ObjectsDestroy(...)                                                                                            \
-  do {                                                                                                                 \
-    void *const each[] = {__VA_ARGS__};                                                                                \
-    for (size_t one = 0; one < sizeof(each) / sizeof(*each); one++) ok(PetscObjectDestroy((PetscObject *)each[one]));  \
-  } while (0)
+#define VecsDuplicate(...) ok(DuplicateVecs(__VA_ARGS__))
+#define ObjectsDestroy(...) ok(DestroyObjects(__VA_ARGS__))
 
 /* main() of a program of these tests, between PETSc's start and end; _WITH: setup and teardown of the group. */
 #define SLIP_TESTS(...) SLIP_TESTS_WITH(NULL, NULL, __VA_ARGS__)

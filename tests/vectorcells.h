@@ -9,13 +9,6 @@ enum { NX = 7, NZ = 5, N = 2 * NX * NZ, T = 2 * N };
 
 static PetscReal rectangle_data[8 * N], triangle_data[TRIANGLE_COLUMNS * T];
 
-static inline SlipCell CellOf(const SlipCells *c, PetscInt i)
-{
-  return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
-                    .rake = c->rake[i],
-                    .vertices = c->vertices ? c->vertices + 9 * i : NULL};
-}
-
 /* Along the rake, and its parts along strike and up dip */
 static inline void PartsOf(PetscReal rake, PetscReal part[2])
 {
@@ -35,4 +28,30 @@ static inline void Meshes(SlipCells vectors[2], SlipCells scalars[2])
     vectors[k].kernel.type = k ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
     vectors[k].rake = NULL;
   }
+}
+
+/* Of dense S [2 n][2 n] and Kn [n][2 n], the largest difference of P' S P and Kn P from those of slip along the rakes,
+   S[1] and Kn[1], over the largest entry of the latter's stiffness */
+static inline PetscReal ProjectedDifference(Mat S[2], Mat Kn[2], const PetscReal rake[])
+{
+  const PetscScalar *a[2] = {MatRead(S[0]), MatRead(S[1])}, *b[2] = {MatRead(Kn[0]), MatRead(Kn[1])};
+  PetscReal most = 0, worst = 0;
+  PetscInt n;
+
+  ok(MatGetSize(S[1], &n, NULL));
+  for (PetscInt j = 0; j < n; j++)
+    for (PetscInt i = 0; i < n; i++) {
+      PetscReal p[2], q[2], shear = 0, normal = 0;
+
+      PartsOf(rake[i], p);
+      PartsOf(rake[j], q);
+      for (int l = 0; l < 2; l++) {
+        for (int k = 0; k < 2; k++) shear += p[k] * q[l] * a[0][(2 * j + l) * 2 * n + 2 * i + k];
+        normal += q[l] * b[0][(2 * j + l) * n + i];
+      }
+      most = PetscMax(most, PetscAbsReal(a[1][j * n + i]));
+      worst = PetscMax(worst, PetscAbsReal(shear - a[1][j * n + i]));
+      worst = PetscMax(worst, PetscAbsReal(normal - b[1][j * n + i]));
+    }
+  return worst / most;
 }

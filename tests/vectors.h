@@ -66,7 +66,6 @@ static inline PetscErrorCode VectorsRandomNumbers(PetscInt n, PetscInt c, PetscI
   const PetscInt N = c * n;
   PetscReal *A, mass, eta;
 
-  PetscFunctionBegin;
   *s = (VectorsNumbers){.n = n, .c = c, .law = law};
   PetscCall(PetscMalloc4(N * N, &s->B, N, &s->load, n * N, &s->C, n, &s->strength));
   PetscCall(PetscMalloc1(N * N, &A));
@@ -95,8 +94,7 @@ static inline PetscErrorCode VectorsRandomNumbers(PetscInt n, PetscInt c, PetscI
     if (c == 3) s->load[c * i + 2] = 4 * VectorsRandom(seed) - 3; /* three in four are pressed */
     for (PetscInt j = 0; j < N; j++) s->C[i * N + j] = s->theta * (2 * VectorsRandom(seed) - 1) / (PetscReal)N;
   }
-  PetscCall(PetscFree(A));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscFree(A);
 }
 
 static inline PetscErrorCode VectorsFreeNumbers(VectorsNumbers *s)
@@ -146,13 +144,11 @@ static PetscErrorCode VectorsBound(SlipConstraint con, Vec x, Vec q, Vec dq, voi
   PetscReal *qq, *factor, *d = NULL, unused;
   PetscInt n;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetLocalSize(q, &n));
   PetscCall(MatMult(p->C, x, p->normal));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(p->strength, &a));
-  PetscCall(VecGetArrayRead(p->normal, &normal));
+  xx = VecRead(x);
+  a = VecRead(p->strength);
+  normal = VecRead(p->normal);
   PetscCall(VecGetArray(q, &qq));
   PetscCall(VecGetArray(p->factor, &factor));
   if (dq) PetscCall(VecGetArray(dq, &d));
@@ -165,11 +161,7 @@ static PetscErrorCode VectorsBound(SlipConstraint con, Vec x, Vec q, Vec dq, voi
   }
   if (dq) PetscCall(VecRestoreArray(dq, &d));
   PetscCall(VecRestoreArray(p->factor, &factor));
-  PetscCall(VecRestoreArray(q, &qq));
-  PetscCall(VecRestoreArrayRead(p->normal, &normal));
-  PetscCall(VecRestoreArrayRead(p->strength, &a));
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(q, &qq);
 }
 
 /* dq/d|x| at rest */
@@ -178,23 +170,17 @@ static PetscErrorCode VectorsStartSlope(SlipConstraint con, Vec dq, void *ctx)
   const Vectors *p = (const Vectors *)ctx;
   PetscReal q, d;
 
-  PetscFunctionBegin;
-  (void)con;
   VectorsStrength(&p->numbers, 0, 0, &q, &d);
   PetscCall(VecCopy(p->strength, dq));
-  PetscCall(VecScale(dq, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecScale(dq, d);
 }
 
 static PetscErrorCode VectorsCoupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 {
   const Vectors *p = (const Vectors *)ctx;
 
-  PetscFunctionBegin;
-  (void)con;
   *C = p->C;
-  PetscCall(VecCopy(p->factor, a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecCopy(p->factor, a);
 }
 
 /* The root of D v + omega q(v) = |f| by halving in asinh(v / v0), with the sign of f; C x as bound was asked about
@@ -207,14 +193,12 @@ static PetscErrorCode VectorsSolveCells(SlipConstraint con, PetscReal omega, Vec
   PetscReal *xx;
   PetscInt n, first;
 
-  PetscFunctionBegin;
-  (void)con, (void)unstable;
   PetscCall(VecGetLocalSize(p->strength, &n));
   PetscCall(VecGetOwnershipRange(p->strength, &first, NULL));
-  PetscCall(VecGetArrayRead(D, &d));
-  PetscCall(VecGetArrayRead(f, &ff));
-  PetscCall(VecGetArrayRead(p->strength, &a));
-  PetscCall(VecGetArrayRead(p->normal, &normal));
+  d = VecRead(D);
+  ff = VecRead(f);
+  a = VecRead(p->strength);
+  normal = VecRead(p->normal);
   PetscCall(VecGetArray(x, &xx));
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal load = PetscAbsReal(ff[i]);
@@ -232,12 +216,7 @@ static PetscErrorCode VectorsSolveCells(SlipConstraint con, PetscReal omega, Vec
     }
     xx[i] = first + i == p->fixed ? 77 : copysign(p->numbers.v0 * sinh(low), ff[i]);
   }
-  PetscCall(VecRestoreArray(x, &xx));
-  PetscCall(VecRestoreArrayRead(p->normal, &normal));
-  PetscCall(VecRestoreArrayRead(p->strength, &a));
-  PetscCall(VecRestoreArrayRead(f, &ff));
-  PetscCall(VecRestoreArrayRead(D, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(x, &xx);
 }
 
 static PetscErrorCode VectorsPrescribed(SlipConstraint con, Vec mask, void *ctx)
@@ -245,13 +224,9 @@ static PetscErrorCode VectorsPrescribed(SlipConstraint con, Vec mask, void *ctx)
   const Vectors *p = (const Vectors *)ctx;
   PetscInt first, last;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecGetOwnershipRange(mask, &first, &last));
   if (p->fixed >= first && p->fixed < last) PetscCall(VecSetValue(mask, p->fixed, 0, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(mask));
-  PetscCall(VecAssemblyEnd(mask));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAssemble(mask);
 }
 
 static inline PetscErrorCode VectorsCreate(MPI_Comm comm, const VectorsNumbers *s, Vectors *p)
@@ -266,13 +241,11 @@ static inline PetscErrorCode VectorsCreate(MPI_Comm comm, const VectorsNumbers *
                                  .coupling = VectorsIsCoupled(s->law) ? VectorsCoupling : NULL};
   PetscInt n, first, last;
 
-  PetscFunctionBegin;
   *p = (Vectors){.numbers = *s, .fixed = -1};
   PetscCall(VecCreate(comm, &p->strength));
   PetscCall(VecSetSizes(p->strength, PETSC_DECIDE, s->n));
   PetscCall(VecSetFromOptions(p->strength));
-  PetscCall(VecDuplicate(p->strength, &p->normal));
-  PetscCall(VecDuplicate(p->strength, &p->factor));
+  PetscCall(DuplicateVecs(p->strength, &p->normal, &p->factor));
   PetscCall(VecGetLocalSize(p->strength, &n));
   PetscCall(VecGetOwnershipRange(p->strength, &first, &last));
   PetscCall(MatCreateDense(comm, s->c * n, s->c * n, s->c * s->n, s->c * s->n, NULL, &p->l.B));
@@ -288,36 +261,22 @@ static inline PetscErrorCode VectorsCreate(MPI_Comm comm, const VectorsNumbers *
       PetscCall(MatSetValue(p->C, i, j, s->C[i * s->c * s->n + j], INSERT_VALUES));
     PetscCall(VecSetValue(p->strength, i, s->strength[i], INSERT_VALUES));
   }
-  PetscCall(MatAssemblyBegin(p->l.B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(p->l.B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyBegin(p->C, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(p->C, MAT_FINAL_ASSEMBLY));
-  PetscCall(VecAssemblyBegin(p->l.load));
-  PetscCall(VecAssemblyEnd(p->l.load));
-  PetscCall(VecAssemblyBegin(p->strength));
-  PetscCall(VecAssemblyEnd(p->strength));
+  PetscCall(MatAssemble(p->l.B));
+  PetscCall(MatAssemble(p->C));
+  PetscCall(VecAssemble(p->l.load));
+  PetscCall(VecAssemble(p->strength));
   PetscCall(SlipConstraintCreate(comm, &ops, p, p->l.load, &p->con));
-  PetscCall(SlipConstraintSetComponents(p->con, s->c, p->strength));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipConstraintSetComponents(p->con, s->c, p->strength);
 }
 
 static inline PetscErrorCode VectorsDestroy(Vectors *p)
 {
-  PetscFunctionBegin;
-  PetscCall(SlipConstraintDestroy(&p->con));
-  PetscCall(MatDestroy(&p->l.B));
-  PetscCall(MatDestroy(&p->C));
-  PetscCall(VecDestroy(&p->l.load));
-  PetscCall(VecDestroy(&p->strength));
-  PetscCall(VecDestroy(&p->normal));
-  PetscCall(VecDestroy(&p->factor));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&p->con, &p->l.B, &p->C, &p->l.load, &p->strength, &p->normal, &p->factor);
 }
 
 /* A solver of the type, the linear systems direct or by Krylov's methods */
 static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, PetscBool direct, SNES *snes)
 {
-  PetscFunctionBegin;
   PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct ? "350" : "0"));
   PetscCall(SNESCreate(PetscObjectComm((PetscObject)p->con), snes));
   PetscCall(SNESSetType(*snes, type));
@@ -325,7 +284,7 @@ static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, P
   PetscCall(SNESSetFromOptions(*snes));
   if (VectorsIsSmooth(p->numbers.law)) /* which is not polished */
     PetscCall(SNESSetTolerances(*snes, PETSC_DEFAULT, 1e-13, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What a solution of cells that open leaves: as VectorsCheck(), with q = friction times the pressure; contact is x_n <
@@ -338,7 +297,6 @@ static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, Petsc
   PetscInt n;
   Vec q, g;
 
-  PetscFunctionBegin;
   *beyond = *opposite = *balance = *inside = 0;
   *contact = 0;
   PetscCall(VecDuplicate(p->strength, &q));
@@ -347,10 +305,10 @@ static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, Petsc
   PetscCall(VectorsBound(p->con, x, q, NULL, p));
   PetscCall(LinearResidual(p->con, x, g, p));
   PetscCall(VecGetLocalSize(q, &n));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(r, &rr));
-  PetscCall(VecGetArrayRead(q, &mu));
-  PetscCall(VecGetArrayRead(g, &gg));
+  xx = VecRead(x);
+  rr = VecRead(r);
+  mu = VecRead(q);
+  gg = VecRead(g);
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal *v = xx + 3 * i, *f = rr + 3 * i, strength = mu[i] * f[2];
     const PetscReal size = hypot(v[0], v[1]), reaction = hypot(f[0], f[1]);
@@ -366,13 +324,7 @@ static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, Petsc
     for (PetscInt k = 0; k < 3; k++)
       *balance = PetscMax(*balance, PetscAbsReal(gg[3 * i + k] - p->numbers.omega * f[k]) / PetscMax(scale, 1));
   }
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(VecRestoreArrayRead(r, &rr));
-  PetscCall(VecRestoreArrayRead(q, &mu));
-  PetscCall(VecRestoreArrayRead(g, &gg));
-  PetscCall(VecDestroy(&q));
-  PetscCall(VecDestroy(&g));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&q, &g);
 }
 
 /* From the guess in x */
@@ -380,10 +332,8 @@ static inline PetscErrorCode VectorsSolve(Vectors *p, SNES snes, Vec x, Vec r, S
 {
   const SlipStage stage = {.theta = p->numbers.theta, .omega = p->numbers.omega};
 
-  PetscFunctionBegin;
   PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
-  PetscCall(SNESGetConvergedReason(snes, reason));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SNESGetConvergedReason(snes, reason);
 }
 
 /* What a solution leaves: of |r| <= q, of r = -q x / |x| where x != 0, both over q, and of G(x) = omega r over the
@@ -397,7 +347,6 @@ static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *b
   PetscInt n, first;
   Vec q, g;
 
-  PetscFunctionBegin;
   *beyond = *opposite = *balance = *inside = 0;
   PetscCall(VecDuplicate(p->strength, &q));
   PetscCall(VecDuplicate(x, &g));
@@ -407,10 +356,10 @@ static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *b
   PetscCall(LinearResidual(p->con, x, g, p));
   PetscCall(VecGetLocalSize(q, &n));
   PetscCall(VecGetOwnershipRange(q, &first, NULL));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(r, &rr));
-  PetscCall(VecGetArrayRead(q, &qq));
-  PetscCall(VecGetArrayRead(g, &gg));
+  xx = VecRead(x);
+  rr = VecRead(r);
+  qq = VecRead(q);
+  gg = VecRead(g);
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal size = VectorsSize(c, &xx[c * i]), reaction = VectorsSize(c, &rr[c * i]);
 
@@ -422,11 +371,5 @@ static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *b
       *balance = PetscMax(*balance, PetscAbsReal(gg[k] - p->numbers.omega * rr[k]) / scale);
     }
   }
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(VecRestoreArrayRead(r, &rr));
-  PetscCall(VecRestoreArrayRead(q, &qq));
-  PetscCall(VecRestoreArrayRead(g, &gg));
-  PetscCall(VecDestroy(&q));
-  PetscCall(VecDestroy(&g));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&q, &g);
 }

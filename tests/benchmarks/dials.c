@@ -5,9 +5,11 @@ static const char help[] = "What a policy and classical controllers need for an 
                            "  dials -problem rupture -train_family thrusts.opts   (a user's own faults)\n"
                            "Prints tables in Markdown.\n\n";
 
+#include "cmaes/cmatrain.h"
 #include "common/options.h"
 #include "dials/ladder.h"
 #include "environment/family.h"
+#include "dials/tolerances.h"
 #include <slipcompat.h>
 #include <slipstep/rooms.h>
 
@@ -41,7 +43,6 @@ static PetscErrorCode ReadOptions(Options *o)
   const char *names[64] = {NULL};
   PetscInt n = 0, k = 0;
 
-  PetscFunctionBegin;
   *o = (Options){.stream = 99, .cases = 40, .most = 20, .controllers = DIAL_CONTROLLERS};
   for (PetscInt i = 0; ProblemTable[i]; i++)
     if (ProblemTable[i]->cma && ProblemTable[i]->cma->classical) names[n++] = ProblemTable[i]->name;
@@ -63,8 +64,7 @@ static PetscErrorCode ReadOptions(Options *o)
     if (!strcmp(ProblemTable[i]->name, names[k])) o->problem = ProblemTable[i];
   PetscCheck(!o->cost || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-cost: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
-  PetscCall(ProblemCheckFamily(o->problem, o->family));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return CMACheckFamily(o->problem, o->family);
 }
 
 /* run [DIALS][n] */
@@ -73,7 +73,6 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
   SlipPolicy policy;
   EpisodeResult r;
 
-  PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &policy));
   PetscCall(SlipPolicyLoad(policy, o->policy));
   /* As one for any TS: the library would refuse one of another problem than it names by itself to such runs. */
@@ -84,8 +83,7 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
       run[d * l->n + e] =
         (LadderRun){LadderCost(l, &r), r.done < 1 || PetscIsInfOrNanReal(r.error) ? PETSC_MAX_REAL : r.error};
     }
-  PetscCall(SlipPolicyDestroy(&policy));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipPolicyDestroy(&policy);
 }
 
 /* ---- tables ---- */
@@ -116,7 +114,6 @@ static const char *Counted(const Ladder *l)
 
 static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
 {
-  PetscFunctionBegin;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "| dial | policy: kept | median error | %s | best classical at the dial over "
                         "it: mean | least | at its error: mean | least | none |\n"
@@ -137,8 +134,7 @@ static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
                           (double)Dials[d], 100 * (double)score.kept, (double)score.median, (double)score.solves,
                           (double)dial.mean, (double)dial.least, (double)equal.mean, (double)equal.least, equal.none));
   }
-  PetscCall(PetscPrintf(PETSC_COMM_SELF, "\n"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscPrintf(PETSC_COMM_SELF, "\n");
 }
 
 /* The setting, of all controllers and of the ladder's tolerances, with the fewest solves of those that keep the dial */
@@ -146,7 +142,6 @@ static PetscErrorCode BestSetting(Ladder *l, PetscReal dial, PetscInt *controlle
 {
   PetscReal worst[LADDER_RUNGS];
 
-  PetscFunctionBegin;
   *solves = 0;
   *controller = *rung = 0;
   for (PetscInt c = 0; c < l->ncontrollers; c++) {
@@ -168,12 +163,11 @@ static PetscErrorCode BestSetting(Ladder *l, PetscReal dial, PetscInt *controlle
       break; /* tighter ones cost more */
     }
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode ClassicalTable(Ladder *l)
 {
-  PetscFunctionBegin;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "| dial | best classical run, chosen afterwards: %s | the one setting that keeps the dial in "
                         "%g %% | its %s |\n|---|---|---|---|\n",
@@ -198,8 +192,7 @@ static PetscErrorCode ClassicalTable(Ladder *l)
     else
       PetscCall(PetscPrintf(PETSC_COMM_SELF, " | none | |\n"));
   }
-  PetscCall(PetscPrintf(PETSC_COMM_SELF, "\n"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscPrintf(PETSC_COMM_SELF, "\n");
 }
 
 /* Each controller at the tolerance of -fault_accuracy */
@@ -208,11 +201,10 @@ static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
   static const char *const kinds[] = {"rupture", "sequence", "injection", NULL};
   const char *kind = NULL;
 
-  PetscFunctionBegin;
   if (!strcmp(problem, "fault_dial")) kind = "event";
   for (PetscInt i = 0; kinds[i]; i++)
     if (!strcmp(problem, kinds[i])) kind = kinds[i];
-  if (!kind) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!kind) return PETSC_SUCCESS;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
                         "| `-fault_accuracy` | controller | `-ts_rtol` | kept | median error | %s |\n"
                         "|---|---|---|---|---|---|\n",
@@ -229,7 +221,7 @@ static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
                             l->controller[c], (double)rtol, 100 * (double)score.kept, (double)score.median,
                             (double)score.solves));
     }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* run [DIALS][n], of the policy; 0 where there is none */
@@ -238,7 +230,6 @@ static PetscErrorCode Climb(const Options *o, Ladder *l, const LadderRun run[])
   PetscInt limited = 0;
   PetscBool cut;
 
-  PetscFunctionBegin;
   for (PetscInt e = 0; e < l->n; e++) {
     PetscReal below = (PetscReal)SMALL * Dials[DIALS - 1], most = 0;
 
@@ -256,7 +247,7 @@ static PetscErrorCode Climb(const Options *o, Ladder *l, const LadderRun run[])
                           "%" PetscInt_FMT " of %" PetscInt_FMT " pairs of a draw and a classical controller ended at "
                           "%g times the policy's solves (-most_solves)\n\n",
                           limited, l->n * l->ncontrollers, (double)o->most));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -266,10 +257,9 @@ static PetscErrorCode Run(void)
   Options o;
   Ladder l;
 
-  PetscFunctionBeginUser;
   PetscCall(ReadOptions(&o));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
-  if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
+  if (only_help) return PETSC_SUCCESS;
   PetscCall(LadderCreate(o.problem, o.family, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
   l.work = o.cost;
   PetscCall(PetscCalloc1(DIALS * l.n, &run));
@@ -284,16 +274,13 @@ static PetscErrorCode Run(void)
   PetscCall(LibraryTable(&l, o.problem->name));
   PetscCall(PetscFree(run));
   PetscCall(LadderDestroy(&l));
-  PetscCall(PetscFree(o.family));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscFree(o.family);
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(Run());
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

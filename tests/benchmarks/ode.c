@@ -8,7 +8,7 @@ static const char help[] = "Twenty ordinary differential equations of the litera
 /* Error: root mean square over time and components, each in units of its largest value. Work: evaluations of f, and of
    its Jacobian with the solve that follows; Jacobians by differences count as one. */
 #include "ode.h"
-#include <slipstep/rooms.h>
+#include "../objects.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -33,24 +33,18 @@ static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
   const PetscScalar *a;
   PetscScalar *b;
 
-  PetscFunctionBeginUser;
-  (void)ts;
   run->f++;
   PetscCheck(run->f <= MAX_WORK, PETSC_COMM_SELF, PETSC_ERR_CONV_FAILED, "More than %d evaluations", (int)MAX_WORK);
-  PetscCall(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   PetscCall(VecGetArrayWrite(f, &b));
   (*run->r->c->f)(t, a, b);
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscFunctionReturn(0);
+  return VecRestoreArrayWrite(f, &b);
 }
 
 static PetscErrorCode IFunction(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void *ctx)
 {
-  PetscFunctionBeginUser;
   PetscCall(Rhs(ts, t, y, F, ctx));
-  PetscCall(VecAYPX(F, -1, ydot));
-  PetscFunctionReturn(0);
+  return VecAYPX(F, -1, ydot);
 }
 
 /* shift I + factor df/dy */
@@ -62,11 +56,9 @@ static PetscErrorCode Differences(PetscReal t, Vec y, Mat P, PetscReal shift, Pe
   PetscScalar *J;
   double z[MAX_N], f[MAX_N], g[MAX_N];
 
-  PetscFunctionBeginUser;
   run->jacobians++;
-  PetscCall(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   for (int i = 0; i < n; i++) z[i] = a[i];
-  PetscCall(VecRestoreArrayRead(y, &a));
   (*r->c->f)(t, z, f);
   PetscCall(MatDenseGetArrayWrite(P, &J));
   for (int j = 0; j < n; j++) {
@@ -78,25 +70,17 @@ static PetscErrorCode Differences(PetscReal t, Vec y, Mat P, PetscReal shift, Pe
     z[j] = keep;
   }
   PetscCall(MatDenseRestoreArrayWrite(P, &J));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(0);
+  return MatAssemble(P);
 }
 
 static PetscErrorCode Jacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)J;
-  PetscCall(Differences(t, y, P, 0, 1, (Run *)ctx));
-  PetscFunctionReturn(0);
+  return Differences(t, y, P, 0, 1, (Run *)ctx);
 }
 
 static PetscErrorCode IJacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal shift, Mat J, Mat P, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ydot, (void)J;
-  PetscCall(Differences(t, y, P, shift, -1, (Run *)ctx));
-  PetscFunctionReturn(0);
+  return Differences(t, y, P, shift, -1, (Run *)ctx);
 }
 
 static PetscErrorCode Measure(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
@@ -105,16 +89,13 @@ static PetscErrorCode Measure(TS ts, PetscInt step, PetscReal t, Vec y, void *ct
   const PetscScalar *a;
   double now;
 
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step <= 0 || t <= run->t) PetscFunctionReturn(0);
-  PetscCall(VecGetArrayRead(y, &a));
+  if (step <= 0 || t <= run->t) return PETSC_SUCCESS;
+  a = VecRead(y);
   now = ReferenceDeviation(run->r, t, a, &run->at);
-  PetscCall(VecRestoreArrayRead(y, &a));
   run->integral += 0.5 * (t - run->t) * (run->before + now);
   run->before = now;
   run->t = t;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* basic, basic:DELAY (attempts without growth after a failed solve), dsp:FILTER, pi, heuristic, rl or rl:FILE */
@@ -124,7 +105,6 @@ static PetscErrorCode SetController(TS ts, const char controller[])
   const char *of = strchr(controller, ':');
   TSAdapt adapt;
 
-  PetscFunctionBeginUser;
   PetscCall(PetscStrncpy(type, controller, of ? (size_t)(of - controller) + 1 : sizeof(type)));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, type));
@@ -132,7 +112,7 @@ static PetscErrorCode SetController(TS ts, const char controller[])
     PetscCall(TSAdaptSetTimeStepIncreaseDelay(adapt, (PetscInt)strtol(of + 1, NULL, 10)));
   if (of && !strcmp(type, "dsp")) PetscCall(TSAdaptDSPSetFilter(adapt, of + 1));
   if (of && !strcmp(type, "rl")) PetscCall(TSAdaptRLSetPolicyFile(adapt, of + 1));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode SetUp(const Reference *r, Method method, double tol, Run *run, TS *ts, Vec *y)
@@ -145,7 +125,6 @@ static PetscErrorCode SetUp(const Reference *r, Method method, double tol, Run *
   KSP ksp;
   PC pc;
 
-  PetscFunctionBeginUser;
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, y));
   PetscCall(VecDuplicate(*y, &atol));
   PetscCall(VecGetArray(*y, &a));
@@ -181,9 +160,7 @@ static PetscErrorCode SetUp(const Reference *r, Method method, double tol, Run *
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));
-  PetscCall(MatDestroy(&J));
-  PetscCall(VecDestroy(&atol));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&J, &atol);
 }
 
 static PetscErrorCode RunOne(const Reference *r, Method method, const char controller[], double tol)
@@ -196,7 +173,6 @@ static PetscErrorCode RunOne(const Reference *r, Method method, const char contr
   Vec y;
   double error;
 
-  PetscFunctionBeginUser;
   PetscCall(SetUp(r, method, tol, &run, &ts, &y));
   PetscCall(SetController(ts, controller));
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
@@ -212,9 +188,7 @@ static PetscErrorCode RunOne(const Reference *r, Method method, const char contr
          : reason < 0 || run.t < r->c->end * (1 - 1e-9) ? "not_reached"
          : isfinite(error)                              ? "end"
                                                         : "nan");
-  PetscCall(TSDestroy(&ts));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&ts, &y);
 }
 
 static PetscErrorCode RunAll(void)
@@ -222,7 +196,6 @@ static PetscErrorCode RunAll(void)
   char *problems[32], *controllers[32];
   PetscInt nproblems = 32, ncontrollers = 32;
 
-  PetscFunctionBeginUser;
   PetscOptionsBegin(PETSC_COMM_SELF, NULL, "Benchmark of controllers", "");
   PetscCall(PetscOptionsStringArray("-bench_problems", "Names of problems (all)", "", problems, &nproblems, NULL));
   PetscCall(PetscOptionsStringArray("-bench_controllers", "basic, basic:DELAY, dsp:FILTER, pi, heuristic, rl, rl:FILE",
@@ -248,16 +221,14 @@ static PetscErrorCode RunAll(void)
   }
   for (PetscInt i = 0; i < nproblems; i++) PetscCall(PetscFree(problems[i]));
   for (PetscInt i = 0; i < ncontrollers; i++) PetscCall(PetscFree(controllers[i]));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("ode"));
   PetscCall(RunAll());
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

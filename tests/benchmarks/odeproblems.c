@@ -10,25 +10,21 @@ static void VanDerPol(double mu, const double y[], double f[])
 
 static void VanDerPol5(double t, const double y[], double f[])
 {
-  (void)t;
   VanDerPol(5, y, f);
 }
 
 static void VanDerPol100(double t, const double y[], double f[])
 {
-  (void)t;
   VanDerPol(100, y, f);
 }
 
 static void VanDerPol1000(double t, const double y[], double f[])
 {
-  (void)t;
   VanDerPol(1000, y, f);
 }
 
 static void Robertson(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = -0.04 * y[0] + 1e4 * y[1] * y[2];
   f[2] = 3e7 * y[1] * y[1];
   f[1] = -f[0] - f[2];
@@ -37,7 +33,6 @@ static void Robertson(double t, const double y[], double f[])
 /* Hairer and Wanner (1996), section IV.10 */
 static void Hires(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = -1.71 * y[0] + 0.43 * y[1] + 8.32 * y[2] + 0.0007;
   f[1] = 1.71 * y[0] - 8.75 * y[1];
   f[2] = -10.03 * y[2] + 0.43 * y[3] + 0.035 * y[4];
@@ -50,7 +45,6 @@ static void Hires(double t, const double y[], double f[])
 
 static void Oregonator(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = 77.27 * (y[1] + y[0] * (1 - 8.375e-6 * y[0] - y[1]));
   f[1] = (y[2] - (1 + y[0]) * y[1]) / 77.27;
   f[2] = 0.161 * (y[0] - y[2]);
@@ -60,7 +54,6 @@ static void Brusselator(double t, const double y[], double f[])
 {
   const double a = y[0] * y[0] * y[1];
 
-  (void)t;
   f[0] = 1 + a - 4 * y[0];
   f[1] = 3 * y[0] - a;
 }
@@ -72,7 +65,6 @@ static void Arenstorf(double t, const double y[], double f[])
   const double d1 = pow((y[0] + mu) * (y[0] + mu) + y[1] * y[1], 1.5),
                d2 = pow((y[0] - nu) * (y[0] - nu) + y[1] * y[1], 1.5);
 
-  (void)t;
   f[0] = y[2];
   f[1] = y[3];
   f[2] = y[0] + 2 * y[3] - nu * (y[0] + mu) / d1 - mu * (y[0] - nu) / d2;
@@ -83,7 +75,6 @@ static void Kepler(double t, const double y[], double f[])
 {
   const double a = -pow(y[0] * y[0] + y[1] * y[1], -1.5);
 
-  (void)t;
   f[0] = y[2];
   f[1] = y[3];
   f[2] = a * y[0];
@@ -93,7 +84,6 @@ static void Kepler(double t, const double y[], double f[])
 /* Seven stars of masses 1 to 7: x, y, x', y' */
 static void Pleiades(double t, const double y[], double f[])
 {
-  (void)t;
   for (int i = 0; i < 14; i++) {
     f[i] = y[14 + i];
     f[14 + i] = 0;
@@ -123,7 +113,6 @@ static void Forced(double t, const double y[], double f[])
 /* A ball on a floor of stiffness 1e4 */
 static void Bounce(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = y[1];
   f[1] = -9.81 + (y[0] < 0 ? -1e4 * y[0] - 10 * y[1] : 0);
 }
@@ -133,7 +122,6 @@ static void StickSlip(double t, const double y[], double f[])
 {
   const double v = y[1] - 0.3;
 
-  (void)t;
   f[0] = y[1];
   f[1] = -y[0] - 0.02 * y[1] - tanh(v / 0.01) * (0.5 + 0.5 / (1 + fabs(v) / 0.2));
 }
@@ -160,13 +148,11 @@ static void Heat(double t, const double y[], double f[])
 /* Fronts that travel round a ring of 40 cells, upwind */
 static void Advection(double t, const double y[], double f[])
 {
-  (void)t;
   for (int i = 0; i < 40; i++) f[i] = 40 * (y[(i + 39) % 40] - y[i]) + 15 * y[i] * (1 - y[i]) * (y[i] - 0.3);
 }
 
 static void Lorenz(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = 10 * (y[1] - y[0]);
   f[1] = y[0] * (28 - y[2]) - y[1];
   f[2] = y[0] * y[1] - 8. / 3 * y[2];
@@ -174,14 +160,12 @@ static void Lorenz(double t, const double y[], double f[])
 
 static void FitzHugh(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = 10 * (y[0] - y[0] * y[0] * y[0] / 3 - y[1] + 0.5);
   f[1] = 0.8 * (y[0] + 0.7 - 0.8 * y[1]);
 }
 
 static void Flame(double t, const double y[], double f[])
 {
-  (void)t;
   f[0] = y[0] * y[0] * (1 - y[0]);
 }
 

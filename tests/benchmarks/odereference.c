@@ -21,7 +21,6 @@ static PetscErrorCode Keep(Reference *r, double t, const double y[], const doubl
   const int n = r->c->n, width = 1 + 2 * n;
   double *row;
 
-  PetscFunctionBeginUser;
   if (r->n == r->capacity) {
     double *more;
 
@@ -34,8 +33,7 @@ static PetscErrorCode Keep(Reference *r, double t, const double y[], const doubl
   row = r->rows + r->n++ * width;
   row[0] = t;
   PetscCall(PetscArraycpy(row + 1, y, n));
-  PetscCall(PetscArraycpy(row + 1 + n, f, n));
-  PetscFunctionReturn(0);
+  return PetscArraycpy(row + 1 + n, f, n);
 }
 
 /* One pass; with the scales of the one before it. keep: rows */
@@ -45,7 +43,6 @@ static PetscErrorCode Integrate(Reference *r, double tol, PetscBool keep)
   const int n = c->n;
   double y[MAX_N], z[MAX_N], k[STAGES][MAX_N], scale[MAX_N], t = 0, h = 1e-8 * c->end;
 
-  PetscFunctionBeginUser;
   for (int i = 0; i < n; i++) scale[i] = fabs(y[i] = r->y0[i]);
   (*c->f)(0, y, k[0]);
   if (keep) PetscCall(Keep(r, 0, y, k[0]));
@@ -85,20 +82,17 @@ static PetscErrorCode Integrate(Reference *r, double tol, PetscBool keep)
     }
     h *= isfinite(E) ? PetscClipInterval(0.9 * pow(E, -0.2), 0.2, 5) : 0.1;
   }
-  PetscCall(PetscArraycpy(r->scale, scale, n));
-  PetscFunctionReturn(0);
+  return PetscArraycpy(r->scale, scale, n);
 }
 
 PetscErrorCode ReferenceCreate(const Case *c, Reference *r)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscMemzero(r, sizeof(*r)));
   r->c = c;
   for (int i = 0; i < c->n; i++) r->y0[i] = isnan(c->y0[0]) ? exp(-200 * PetscSqr(i / 40. - 0.3)) : c->y0[i];
   for (int i = 0; i < c->n; i++) r->scale[i] = 1;
   PetscCall(Integrate(r, 1e-6, PETSC_FALSE)); /* for the scales */
-  PetscCall(Integrate(r, REFERENCE_TOL, PETSC_TRUE));
-  PetscFunctionReturn(0);
+  return Integrate(r, REFERENCE_TOL, PETSC_TRUE);
 }
 
 double ReferenceDeviation(const Reference *r, double t, const PetscScalar y[], PetscInt *at)

@@ -3,7 +3,7 @@ static const char help[] =
   "  mpirun -n 2 operators -bench_kind k_fft -bench_n 100\n"
   "Prints one \"name value\" a line, in SI units. tests/benchmarks/run.sh runs it for many sizes.\n\n";
 
-#include <slipstep/rooms.h>
+#include "../objects.h"
 #include <petscksp.h>
 #include <petsctime.h>
 #include <math.h>
@@ -34,11 +34,10 @@ static PetscErrorCode CreateGridStiffness(Bench *b, const char type[])
   const SlipGrid grid = {b->n,   b->n, LENGTH,
                          LENGTH, 0,    {&SlipKernelStrikeSlip, MODULUS, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE, NULL}};
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipStiffness(b->comm, &grid, type, &b->K));
   PetscCall(MatSlipStiffnessSetFromOptions(b->K));
   b->A = b->K;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode CreateCellStiffness(Bench *b, const char type[])
@@ -49,8 +48,6 @@ static PetscErrorCode CreateCellStiffness(Bench *b, const char type[])
                      .kernel = {.type = &SlipKernelStrikeSlip, .shear_modulus = MODULUS, .poisson_ratio = 0.25}};
   PetscReal *x, *y, *z, *a;
 
-  PetscFunctionBeginUser;
-  (void)type;
   PetscCall(PetscMalloc4(N, &x, N, &y, N, &z, N, &a));
   for (PetscInt e = 0; e < N; e++) {
     x[e] = ((PetscReal)(e % b->n) + 0.5) * side;
@@ -65,7 +62,7 @@ static PetscErrorCode CreateCellStiffness(Bench *b, const char type[])
   PetscCall(MatCreateSlipCellStiffness(b->comm, &cells, "hmat", 1e-8, &b->K));
   PetscCall(PetscFree4(x, y, z, a));
   b->A = b->K;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* One product, so that what K prepares in its first is not counted as H's. */
@@ -73,60 +70,48 @@ static PetscErrorCode CreateWarmStiffness(Bench *b)
 {
   Vec x, y;
 
-  PetscFunctionBeginUser;
   PetscCall(CreateGridStiffness(b, "fft"));
   PetscCall(MatCreateVecs(b->K, &x, &y));
   PetscCall(VecSet(x, 1));
   PetscCall(MatMult(b->K, x, y));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&x, &y);
 }
 
 static PetscErrorCode CreateStage(Bench *b)
 {
-  PetscFunctionBeginUser;
   PetscCall(CreateWarmStiffness(b));
   PetscCall(MatCreateSlipViscosity(b->K, b->mass, ZETA, "sqrtm", &b->H));
   PetscCall(MatCreateSlipStage(b->K, b->H, b->mass, &b->B));
-  PetscCall(MatSlipStageSetFromOptions(b->B));
-  PetscFunctionReturn(0);
+  return MatSlipStageSetFromOptions(b->B);
 }
 
 /* The stage operator at T*, which its preconditioner needs */
 static PetscErrorCode CreateStageAtTstar(Bench *b)
 {
-  PetscFunctionBeginUser;
   PetscCall(CreateStage(b));
-  PetscCall(MatSlipStageSetTheta(b->B, b->tstar));
-  PetscFunctionReturn(0);
+  return MatSlipStageSetTheta(b->B, b->tstar);
 }
 
 static PetscErrorCode Viscosity(Bench *b, const char type[])
 {
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipViscosity(b->K, b->mass, ZETA, type, &b->H));
   b->A = b->H;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Stage(Bench *b, const char type[])
 {
-  PetscFunctionBeginUser;
-  (void)type;
   PetscCall(MatSlipStageSetTheta(b->B, b->tstar));
   b->A = b->B;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Preconditioner(Bench *b, const char type[])
 {
-  PetscFunctionBeginUser;
   PetscCall(PCCreate(b->comm, &b->pc));
   PetscCall(PCSetType(b->pc, type));
   PetscCall(PCSetOperators(b->pc, b->B, b->B));
-  PetscCall(PCSetUp(b->pc));
-  PetscFunctionReturn(0);
+  return PCSetUp(b->pc);
 }
 
 /* One row per operator: what is made before, and what is timed. */
@@ -170,19 +155,16 @@ static PetscErrorCode Fill(PetscReal (*value)(PetscInt cell, PetscInt k), PetscI
   PetscInt start, end;
   PetscReal *a;
 
-  PetscFunctionBeginUser;
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetArrayWrite(x, &a));
   for (PetscInt i = start; i < end; i++) a[i - start] = value(i, k);
-  PetscCall(VecRestoreArrayWrite(x, &a));
-  PetscFunctionReturn(0);
+  return VecRestoreArrayWrite(x, &a);
 }
 
 static PetscErrorCode Apply(Bench *b, Vec x, Vec y, PetscLogDouble *seconds)
 {
   PetscLogDouble begin, end;
 
-  PetscFunctionBeginUser;
   PetscCallMPI(MPI_Barrier(b->comm));
   PetscCall(PetscTime(&begin));
   if (b->pc)
@@ -192,7 +174,7 @@ static PetscErrorCode Apply(Bench *b, Vec x, Vec y, PetscLogDouble *seconds)
   PetscCallMPI(MPI_Barrier(b->comm));
   PetscCall(PetscTime(&end));
   *seconds = end - begin;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static int Compare(const void *a, const void *b)
@@ -211,7 +193,6 @@ static PetscErrorCode TimeProducts(Bench *b, PetscLogDouble *first, PetscLogDoub
   PetscMPIInt more = 1;
   Vec x, y;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(b->K, &x, &y));
   PetscCall(Fill(Noise, 0, x));
   PetscCall(Apply(b, x, y, first));
@@ -224,9 +205,7 @@ static PetscErrorCode TimeProducts(Bench *b, PetscLogDouble *first, PetscLogDoub
   }
   qsort(sample, (size_t)count, sizeof(sample[0]), Compare);
   *median = sample[count / 2];
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&x, &y);
 }
 
 /* Largest memory of this process so far [bytes]: Linux knows, and counts from exec() on; elsewhere that of now. */
@@ -237,13 +216,12 @@ static PetscErrorCode PeakMemory(PetscReal *bytes)
   double kilobytes = 0;
   PetscLogDouble now;
 
-  PetscFunctionBeginUser;
   while (f && fgets(line, sizeof(line), f))
     if (sscanf(line, "VmHWM: %lf", &kilobytes) == 1) break;
   if (f) fclose(f);
   PetscCall(PetscMemoryGetCurrentUsage(&now));
   *bytes = kilobytes > 0 ? 1024 * kilobytes : (PetscReal)now;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Memory of the operator, and the largest ever of a process. */
@@ -252,7 +230,6 @@ static PetscErrorCode PrintMemory(Bench *b)
   PetscReal most = 0, all = 0, bytes, resident;
   PetscErrorCode (*memory)(PC, PetscReal *) = NULL;
 
-  PetscFunctionBeginUser;
   if (b->pc) {
     PetscCall(PetscObjectQueryFunction((PetscObject)b->pc, "PCSlipGetMemory_C", &memory));
     if (memory) {
@@ -266,8 +243,7 @@ static PetscErrorCode PrintMemory(Bench *b)
   if (b->A || b->pc) PetscCall(PetscPrintf(b->comm, "memory %.17g\nmemory_all %.17g\n", (double)most, (double)all));
   PetscCall(PeakMemory(&resident));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, b->comm));
-  PetscCall(PetscPrintf(b->comm, "resident %.17g\n", (double)resident));
-  PetscFunctionReturn(0);
+  return PetscPrintf(b->comm, "resident %.17g\n", (double)resident);
 }
 
 static PetscErrorCode RunOperator(Bench *b, const char kind[])
@@ -276,7 +252,6 @@ static PetscErrorCode RunOperator(Bench *b, const char kind[])
   PetscBool same = PETSC_FALSE;
   size_t k = 0;
 
-  PetscFunctionBeginUser;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Kinds) && !same; i++) {
     k = i;
     PetscCall(PetscStrcmp(kind, Kinds[k].name, &same));
@@ -291,8 +266,7 @@ static PetscErrorCode RunOperator(Bench *b, const char kind[])
   PetscCallMPI(MPI_Barrier(b->comm));
   PetscCall(PetscTime(&end));
   PetscCall(TimeProducts(b, &first, &median));
-  PetscCall(PetscPrintf(b->comm, "setup %.6g\nproduct %.6g\n", end - begin + PetscMax(first - median, 0), median));
-  PetscFunctionReturn(0);
+  return PetscPrintf(b->comm, "setup %.6g\nproduct %.6g\n", end - begin + PetscMax(first - median, 0), median);
 }
 
 /* Iterations of preconditioned CG for the Jacobian of a step's second stage (theta = h/3), without weakening. */
@@ -306,12 +280,10 @@ static PetscErrorCode RunCG(Bench *b)
   KSPConvergedReason reason;
   PetscLogDouble begin, end;
 
-  PetscFunctionBeginUser;
   PetscCall(CreateStage(b));
   PetscCall(MatSlipStageSetTheta(b->B, b->step * b->tstar / 3));
   PetscCall(MatCreateVecs(b->K, &x, &rhs));
-  PetscCall(VecDuplicate(x, &mask));
-  PetscCall(VecDuplicate(x, &slope));
+  PetscCall(DuplicateVecs(x, &mask, &slope));
   PetscCall(VecZeroEntries(slope));
   PetscCall(Fill(Slides, b->n, mask));
   PetscCall(Fill(Noise, 0, rhs));
@@ -334,13 +306,7 @@ static PetscErrorCode RunCG(Bench *b)
   PetscCheck(reason > 0, b->comm, PETSC_ERR_NOT_CONVERGED, "CG ended as %s after %" PetscInt_FMT " iterations",
              KSPConvergedReasons[reason], iterations);
   PetscCall(PetscPrintf(b->comm, "iterations %" PetscInt_FMT "\nsolve %.6g\n", iterations, end - begin));
-  PetscCall(KSPDestroy(&ksp));
-  PetscCall(MatDestroy(&J));
-  PetscCall(VecDestroy(&mask));
-  PetscCall(VecDestroy(&slope));
-  PetscCall(VecDestroy(&rhs));
-  PetscCall(VecDestroy(&x));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&ksp, &J, &mask, &slope, &rhs, &x);
 }
 
 static PetscErrorCode Run(void)
@@ -350,7 +316,6 @@ static PetscErrorCode Run(void)
   char kind[32] = "k_fft";
   PetscBool cg;
 
-  PetscFunctionBeginUser;
   PetscOptionsBegin(b.comm, NULL, "Benchmark of operators", "");
   PetscCall(PetscOptionsString("-bench_kind", "k_dense, k_fft, k_hmat, h_sqrtm, h_spectral, h_lanczos, b, pc or cg", "",
                                kind, kind, sizeof(kind), NULL));
@@ -365,19 +330,14 @@ static PetscErrorCode Run(void)
     PetscCall(RunOperator(&b, kind));
   PetscCall(PrintMemory(&b));
   PetscCall(PCDestroy(&b.pc));
-  PetscCall(MatDestroy(&b.B));
-  PetscCall(MatDestroy(&b.H));
-  PetscCall(MatDestroy(&b.K));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&b.B, &b.H, &b.K);
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("operators"));
   PetscCall(Run());
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

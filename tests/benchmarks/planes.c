@@ -7,7 +7,7 @@ static const char help[] =
   "  mpirun -n 2 planes -bench_n 16000 -bench_triangles -bench_vectors\n"
   "Prints one \"name value\" a line, in SI units.\n\n";
 
-#include <slipstep/rooms.h>
+#include "../objects.h"
 #include "cells.h"
 #include <petsctime.h>
 #include <time.h>
@@ -25,7 +25,6 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
   const PetscInt nx = PetscMax(1, wanted / (2 * nz)), n = 2 * nx * nz;
   PetscReal *column[8];
 
-  PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(8 * (size_t)n, &column[0]));
   for (PetscInt k = 1; k < 8; k++) column[k] = column[k - 1] + n;
   for (PetscInt e = 0; e < n; e++) {
@@ -42,17 +41,8 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
 
     for (PetscInt k = 0; k < 8; k++) column[k][e] = value[k];
   }
-  *cells = (SlipCells){.n = n,
-                       .x = column[0],
-                       .y = column[1],
-                       .z = column[2],
-                       .length = column[3],
-                       .width = column[4],
-                       .strike = column[5],
-                       .dip = column[6],
-                       .rake = column[7],
-                       .kernel = {.type = &SlipKernelDipping, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
-  PetscFunctionReturn(0);
+  *cells = DippingCellsOfColumns(n, column[0]);
+  return PETSC_SUCCESS;
 }
 
 /* Each square as two triangles, in the place of cells */
@@ -61,18 +51,9 @@ static PetscErrorCode CutCells(SlipCells *cells)
   const SlipCells squares = *cells;
   PetscReal *column = (PetscReal *)cells->x, *data;
 
-  PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * TRIANGLE_COLUMNS * (size_t)squares.n, &data));
   *cells = TrianglesOf(&squares, data);
-  PetscCall(PetscFree(column));
-  PetscFunctionReturn(0);
-}
-
-static SlipCell CellOf(const SlipCells *c, PetscInt i)
-{
-  return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
-                    .rake = c->rake[i],
-                    .vertices = c->vertices ? c->vertices + 9 * (size_t)i : NULL};
+  return PetscFree(column);
 }
 
 /* The kernel of rakes or of vectors, which has pairs at once */
@@ -115,10 +96,9 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
   PetscReal sums[5] = {0, 0, 0, 0, 0}, worst[2] = {0, 0};
   PetscInt start, end;
 
-  PetscFunctionBeginUser;
   PetscCall(VecGetOwnershipRange(n, &start, &end));
-  PetscCall(VecGetArrayRead(f, &a[0]));
-  PetscCall(VecGetArrayRead(n, &a[1]));
+  a[0] = VecRead(f);
+  a[1] = VecRead(n);
   for (PetscInt i = start; i < end; i++) {
     const PetscInt e = c->order ? c->order[i] : i;
     PetscReal want[3];
@@ -135,8 +115,6 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
       worst[k] = PetscMax(worst[k], PetscAbsReal(error));
     }
   }
-  PetscCall(VecRestoreArrayRead(f, &a[0]));
-  PetscCall(VecRestoreArrayRead(n, &a[1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 5, MPIU_REAL, MPIU_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, worst, 2, MPIU_REAL, MPIU_MAX, comm));
   PetscCall(PetscPrintf(comm, "rows %g\n", (double)sums[4]));
@@ -144,7 +122,7 @@ static PetscErrorCode Errors(MPI_Comm comm, const SlipCells *c, PetscInt rows, V
     PetscCall(PetscPrintf(comm, "error_%s %.3g\nlargest_error_%s %.3g\n", name[k],
                           (double)PetscSqrtReal(sums[k] / sums[2 + k]), name[k],
                           (double)(worst[k] / PetscSqrtReal(sums[2 + k] / sums[4]))));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Numbers of a product that do not depend on who owns which cell */
@@ -154,20 +132,17 @@ static PetscErrorCode Print(MPI_Comm comm, const char name[], const SlipCells *c
   PetscReal sum[2] = {0, 0};
   PetscInt start, end, rows;
 
-  PetscFunctionBeginUser;
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetSize(x, &rows));
   rows /= c->n;
-  PetscCall(VecGetArrayRead(x, &a));
+  a = VecRead(x);
   for (PetscInt i = start; i < end; i++) {
     sum[0] += a[i - start] * PetscSinReal((PetscReal)(rows * c->order[i / rows] + i % rows));
     sum[1] += a[i - start] * a[i - start];
   }
-  PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, comm));
-  PetscCall(PetscPrintf(comm, "%s_sum %.12g\n%s_norm %.12g\n", name, (double)(sum[0] / PetscSqrtReal(sum[1])), name,
-                        (double)PetscSqrtReal(sum[1])));
-  PetscFunctionReturn(0);
+  return PetscPrintf(comm, "%s_sum %.12g\n%s_norm %.12g\n", name, (double)(sum[0] / PetscSqrtReal(sum[1])), name,
+                     (double)PetscSqrtReal(sum[1]));
 }
 
 static PetscErrorCode Run(MPI_Comm comm)
@@ -181,7 +156,6 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscBool one = PETSC_FALSE, triangles = PETSC_FALSE, vectors = PETSC_FALSE;
   Mat K, Kn;
 
-  PetscFunctionBeginUser;
   PetscOptionsBegin(comm, NULL, "Benchmark of planes", "");
   PetscCall(PetscOptionsInt("-bench_n", "Cells", "", n, &n, NULL));
   PetscCall(PetscOptionsInt("-bench_rows", "Rows that are compared with direct sums", "", rows, &rows, NULL));
@@ -243,24 +217,17 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscCall(Print(comm, "k", &cells, f));
   PetscCall(Print(comm, "kn", &cells, c));
   if (rows > 0) PetscCall(Errors(comm, &cells, rows, f, c));
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&f));
-  PetscCall(VecDestroy(&c));
-  PetscCall(MatDestroy(&K));
-  PetscCall(MatDestroy(&Kn));
+  PetscCall(DestroyObjects(&u, &f, &c, &K, &Kn));
   PetscCall(PetscFree(order));
   column = (PetscReal *)cells.x;
-  PetscCall(PetscFree(column));
-  PetscFunctionReturn(0);
+  return PetscFree(column);
 }
 
 int main(int argc, char **argv)
 {
-  PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipErrorHandlerPush("planes"));
   PetscCall(Run(PETSC_COMM_WORLD));
-  PetscCall(PetscFinalize());
-  return 0;
+  return PetscFinalize();
 }

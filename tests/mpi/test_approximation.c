@@ -13,12 +13,10 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   TS ts;
   Vec w;
 
-  PetscFunctionBegin;
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsSetValue(NULL, options[i], options[i + 1]));
   PetscCall(SlipFaultCreate(comm, &fault));
+  PetscCall(FaultSetStrings(fault, {"operator", operator}, {"stiffness_scaling", "mean_slip"}));
   PetscCall(FaultSetReals(fault, {"nx", 11}, {"nz", 9}));
-  PetscCall(SlipFaultSetString(fault, "operator", operator));
-  PetscCall(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   PetscCall(FaultStart(fault, TSADAPTNONE, 1.5, 15, &w, &ts));
   PetscCall(TSBatheSetStageError(ts, 0)); /* solves to rounding */
   PetscCall(TSSetFromOptions(ts));
@@ -27,10 +25,7 @@ static PetscErrorCode Run(MPI_Comm comm, const char operator[], const char *cons
   PetscCall(SlipFaultGetObservables(fault, 15, w, NULL, &obs));
   *slip = obs.mean_slip;
   for (int i = 0; options[i]; i += 2) PetscCall(PetscOptionsClearValue(NULL, options[i]));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&fault, &w, &ts);
 }
 
 /* How a run is compared with the one of dense matrices on one rank, and to what. */
@@ -56,20 +51,18 @@ static PetscErrorCode Test(void)
   PetscReal reference, slip;
   PetscInt reference_steps, steps;
 
-  PetscFunctionBegin;
   PetscCall(Run(PETSC_COMM_SELF, "dense", none, &reference_steps, &reference));
-  PetscCheck(reference > 0.1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault hardly slipped");
+  Check(reference > 0.1, "the fault hardly slipped");
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Rows); k++) {
     PetscCall(Run(PETSC_COMM_WORLD, Rows[k].operator, Rows[k].options, &steps, &slip));
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %s %s: %g\n", Rows[k].operator,
                           Rows[k].options[0] ? Rows[k].options[0] : "", Rows[k].options[0] ? Rows[k].options[1] : "",
                           fabs(slip / reference - 1)));
-    PetscCheck(steps == reference_steps, PETSC_COMM_SELF, PETSC_ERR_PLIB, "row %d: %d steps, not %d", (int)k,
-               (int)steps, (int)reference_steps);
-    PetscCheck(fabs(slip - reference) <= Rows[k].tolerance * reference, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "row %d: final slip %.15g, not %.15g", (int)k, (double)slip, (double)reference);
+    Check(steps == reference_steps, "row %d: %d steps, not %d", (int)k, (int)steps, (int)reference_steps);
+    Check(fabs(slip - reference) <= Rows[k].tolerance * reference, "row %d: final slip %.15g, not %.15g", (int)k,
+          (double)slip, (double)reference);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Test)

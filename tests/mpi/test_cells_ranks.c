@@ -9,30 +9,22 @@ static PetscReal data[5 * N];
 
 static PetscErrorCode Compare(const char what[], Mat A, Mat B, PetscReal tolerance)
 {
-  PetscReal error, *a;
-  PetscInt start, end;
+  PetscReal error;
   Vec x;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(B, &x, NULL));
-  PetscCall(VecGetOwnershipRange(x, &start, &end));
-  PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = start; i < end; i++) a[i - start] = PetscSinReal((PetscReal)(i * i));
-  PetscCall(VecRestoreArrayWrite(x, &a));
+  PetscCall(VecFillSines(x));
   PetscCall(ProductDistance(A, B, x, &error));
-  PetscCheck(error <= tolerance, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s differs by %g, expected at most %g", what,
-             (double)error, (double)tolerance);
-  PetscCall(VecDestroy(&x));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(error <= tolerance, "%s differs by %g, expected at most %g", what, (double)error, (double)tolerance);
+  return VecDestroy(&x);
 }
 
 /* Storage to 1e-6 of each low-rank block, so products to that, and the root likewise, as its condition is about 50. */
 static PetscErrorCode Run(void)
 {
   const SlipCells cells = TwoGradedFaults(NX, NZ, 1, data);
-  Mat dense, hmat, root, lanczos, *const all[] = {&dense, &hmat, &root, &lanczos};
+  Mat dense, hmat, root, lanczos;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, "dense", 0.5, &dense));
   PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, "hmat", 1e-6, &hmat));
   PetscCall(MatView(hmat, PETSC_VIEWER_STDOUT_WORLD));
@@ -41,8 +33,7 @@ static PetscErrorCode Run(void)
   PetscCall(MatCreateSlipViscosity(hmat, 7e6, 0.25, "lanczos", &lanczos));
   PetscCall(Compare("viscosity", lanczos, root, 1e-5));
   PetscCall(MatView(lanczos, PETSC_VIEWER_STDOUT_WORLD));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(all); i++) PetscCall(MatDestroy(all[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&dense, &hmat, &root, &lanczos);
 }
 
 /* A plane of dip 40 and a vertical one that ends at it from above, each cell with a rake of its own: hierarchical K and
@@ -52,20 +43,10 @@ static PetscErrorCode Planes(void)
   enum { along = 20, down = 16, upper = 8, all = along * (down + upper) };
   static PetscReal column[8][all];
   const PetscReal sine = PetscSinReal(40 * PETSC_PI / 180), cosine = PetscCosReal(40 * PETSC_PI / 180);
-  SlipCells cells = {.n = all,
-                     .x = column[0],
-                     .y = column[1],
-                     .z = column[2],
-                     .length = column[3],
-                     .width = column[4],
-                     .strike = column[5],
-                     .dip = column[6],
-                     .rake = column[7],
-                     .kernel = {.type = &SlipKernelDipping, .shear_modulus = 30e9, .poisson_ratio = 0.25}};
+  SlipCells cells = DippingCellsOfColumns(all, column[0]);
   PetscInt *order;
   Mat K[2], Kn[2];
 
-  PetscFunctionBeginUser;
   for (PetscInt e = 0; e < all; e++) {
     const PetscInt j = e / along;
     const PetscBool dips = j < down;
@@ -85,20 +66,14 @@ static PetscErrorCode Planes(void)
   /* ten times that, as slip of either sign changes normal stress by a tenth of what blocks, whose error is relative,
      hold */
   PetscCall(Compare("hierarchical normal stress of planes", Kn[1], Kn[0], 1e-5));
-  for (int t = 0; t < 2; t++) {
-    PetscCall(MatDestroy(&K[t]));
-    PetscCall(MatDestroy(&Kn[t]));
-  }
-  PetscCall(PetscFree(order));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (int t = 0; t < 2; t++) PetscCall(DestroyObjects(&K[t], &Kn[t]));
+  return PetscFree(order);
 }
 
 static PetscErrorCode Both(void)
 {
-  PetscFunctionBeginUser;
   PetscCall(Run());
-  PetscCall(Planes());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return Planes();
 }
 
 SLIP_RANKS(Both)

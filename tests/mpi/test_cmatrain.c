@@ -5,15 +5,13 @@
 
 static PetscErrorCode Options(const char extra[], CMAOptions *o)
 {
-  PetscFunctionBegin;
   PetscCall(PetscOptionsClear(NULL));
   PetscCall(PetscOptionsInsertString(
     NULL, "-train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_batch_singles 4 "
           "-train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2 "
           "-train_population 6 -train_hidden 3 -train_sigma 0.05 -train_seed 4"));
   PetscCall(PetscOptionsInsertString(NULL, extra));
-  PetscCall(CMAOptionsSet(PETSC_COMM_WORLD, NULL, o));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return CMAOptionsSet(PETSC_COMM_WORLD, NULL, o);
 }
 
 /* mean and best [2 n], to be freed */
@@ -22,23 +20,20 @@ static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, doub
   CMAOptions o;
   CMATrainer t;
 
-  PetscFunctionBegin;
   PetscCall(Options(extra, &o));
   PetscCall(CMATrainerCreate(comm, &o, &t));
   PetscCall(CMATrainerRun(&t));
-  *n = t.es.n;
-  PetscCall(PetscMalloc1(2 * t.es.n, result));
-  PetscCall(PetscArraycpy(*result, t.es.mean, t.es.n));
-  PetscCall(PetscArraycpy(*result + t.es.n, t.best, t.es.n));
-  PetscCall(CMATrainerDestroy(&t));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  *n = t.loop.es.n;
+  PetscCall(PetscMalloc1(2 * t.loop.es.n, result));
+  PetscCall(PetscArraycpy(*result, t.loop.es.mean, t.loop.es.n));
+  PetscCall(PetscArraycpy(*result + t.loop.es.n, t.best, t.loop.es.n));
+  return CMATrainerDestroy(&t);
 }
 
 static PetscErrorCode Compare(PetscInt n, const double a[], const double b[], const char what[])
 {
-  PetscFunctionBegin;
-  PetscCheck(!memcmp(a, b, 2 * (size_t)n * sizeof(*a)), PETSC_COMM_SELF, PETSC_ERR_PLIB, "other weights %s", what);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(!memcmp(a, b, 2 * (size_t)n * sizeof(*a)), "other weights %s", what);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
@@ -48,11 +43,10 @@ static PetscErrorCode Run(void)
   PetscInt n;
   char file[64], extra[256];
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_cmatrain.%d.h5", size));
   PetscCall(Train(PETSC_COMM_WORLD, "-train_generations 4", &n, &all));
-  PetscCheck(all[0] != 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "nothing was learnt");
+  Check(all[0] != 0, "nothing was learnt");
   PetscCall(Train(PETSC_COMM_SELF, "-train_generations 4", &n, &alone));
   PetscCall(Compare(n, all, alone, "on one rank"));
   PetscCall(PetscSNPrintf(extra, sizeof(extra), "-train_generations 2 -train_checkpoint %s", file));
@@ -66,8 +60,7 @@ static PetscErrorCode Run(void)
   if (!PetscGlobalRank) (void)remove(file);
   PetscCall(PetscFree(all));
   PetscCall(PetscFree(alone));
-  PetscCall(PetscFree(resumed));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscFree(resumed);
 }
 
 SLIP_RANKS(Run)

@@ -11,13 +11,11 @@ static PetscErrorCode Compare(const char what[], Vec a, Vec b, Vec size)
 {
   PetscReal distance, norm;
 
-  PetscFunctionBeginUser;
   PetscCall(VecNorm(size, NORM_INFINITY, &norm));
   PetscCall(VecAXPY(a, -1, b));
   PetscCall(VecNorm(a, NORM_INFINITY, &distance));
-  PetscCheck(distance <= 1e-12 * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s differs by %g, expected at most 1e-12",
-             what, (double)(distance / norm));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(distance <= 1e-12 * norm, "%s differs by %g, expected at most 1e-12", what, (double)(distance / norm));
+  return PETSC_SUCCESS;
 }
 
 /* Products apart and at once, diagonals, and views, which are collective. */
@@ -28,13 +26,11 @@ static PetscErrorCode CompareTypes(PetscInt nx, PetscInt nz)
   Mat dense[2], fft[2];
   Vec u, y[2], both[2], expected[2];
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipDippingStiffness(PETSC_COMM_WORLD, &grid, "dense", &dense[0], &dense[1]));
   PetscCall(MatCreateSlipDippingStiffness(PETSC_COMM_WORLD, &grid, "fft", &fft[0], &fft[1]));
   PetscCall(MatCreateVecs(fft[0], &u, NULL));
   for (PetscInt i = 0; i < nx * nz; i++) PetscCall(VecSetValue(u, i, PetscSinReal((PetscReal)(i * i)), INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(u));
-  PetscCall(VecAssemblyEnd(u));
+  PetscCall(VecAssemble(u));
   for (int t = 0; t < 2; t++) {
     PetscCall(MatCreateVecs(fft[t], &y[t], &both[t]));
     PetscCall(VecDuplicate(u, &expected[t]));
@@ -53,14 +49,8 @@ static PetscErrorCode CompareTypes(PetscInt nx, PetscInt nz)
     PetscCall(MatView(fft[t], PETSC_VIEWER_STDOUT_WORLD));
   }
   PetscCall(VecDestroy(&u));
-  for (int t = 0; t < 2; t++) {
-    PetscCall(VecDestroy(&y[t]));
-    PetscCall(VecDestroy(&both[t]));
-    PetscCall(VecDestroy(&expected[t]));
-    PetscCall(MatDestroy(&dense[t]));
-    PetscCall(MatDestroy(&fft[t]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (int t = 0; t < 2; t++) PetscCall(DestroyObjects(&y[t], &both[t], &expected[t], &dense[t], &fft[t]));
+  return PETSC_SUCCESS;
 }
 
 /* Rows of cells that do not go evenly into ranks, fewer rows or columns than ranks, one component of slip and two. */
@@ -68,12 +58,11 @@ static PetscErrorCode Run(void)
 {
   const PetscInt sizes[][2] = {{NX, NZ}, {12, 3}, {1, 9}, {10, 1}, {1, 1}};
 
-  PetscFunctionBeginUser;
   for (int general = 0; general < 2; general++) {
     for (PetscInt e = 0; e < N; e++) rake[e] = general ? 7 * e - 100 : 90;
     for (size_t s = 0; s < PETSC_STATIC_ARRAY_LENGTH(sizes); s++) PetscCall(CompareTypes(sizes[s][0], sizes[s][1]));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Run)

@@ -14,18 +14,15 @@ static PetscErrorCode Whole(Vec x, PetscReal **a)
   const PetscReal *p;
   Vec all;
 
-  PetscFunctionBegin;
   PetscCall(VecScatterCreateToAll(x, &scatter, &all));
   PetscCall(VecScatterBegin(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGetSize(all, &n));
   PetscCall(PetscMalloc1(n, a));
-  PetscCall(VecGetArrayRead(all, &p));
+  p = VecRead(all);
   PetscCall(PetscArraycpy(*a, p, n));
-  PetscCall(VecRestoreArrayRead(all, &p));
   PetscCall(VecScatterDestroy(&scatter));
-  PetscCall(VecDestroy(&all));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&all);
 }
 
 /* Solves, checks and gives the whole x; cell fixed has x = (0.1, -0.2). The worst cell is one of the stage. */
@@ -40,14 +37,11 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
   SNES snes;
   Vec v, r;
 
-  PetscFunctionBegin;
   PetscCall(VectorsCreate(comm, s, &p));
   p.fixed = fixed;
-  PetscCall(VecDuplicate(p.l.load, &v));
-  PetscCall(VecDuplicate(p.l.load, &r));
+  PetscCall(DuplicateVecs(p.l.load, &v, &r));
   for (PetscInt i = 0; i < 2 * s->n; i++) PetscCall(VecSetValue(v, i, start[i % 2], INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(v));
-  PetscCall(VecAssemblyEnd(v));
+  PetscCall(VecAssemble(v));
   PetscCall(VectorsCreateSolver(&p, type, direct, &snes));
   PetscCall(VectorsSolve(&p, snes, v, r, &reason));
   PetscCall(SNESSlipGetWorstCell(snes, &worst, NULL));
@@ -55,17 +49,14 @@ static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *
              SNESConvergedReasons[reason]);
   PetscCheck(worst >= 0 && worst < s->n, comm, PETSC_ERR_USER, "the worst cell is %" PetscInt_FMT, worst);
   PetscCall(VectorsCheck(&p, v, r, &beyond, &opposite, &balance, &inside));
-  PetscCheck(inside == 0 && beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER,
-             "law %" PetscInt_FMT ": beyond %g, opposite %g, balance %g", s->law, (double)beyond, (double)opposite,
-             (double)balance);
+  Check(inside == 0 && beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9,
+        "law %" PetscInt_FMT ": beyond %g, opposite %g, balance %g", s->law, (double)beyond, (double)opposite,
+        (double)balance);
   PetscCall(Whole(v, x));
   PetscCheck(fixed < 0 || ((*x)[2 * fixed] == start[0] && (*x)[2 * fixed + 1] == start[1]), comm, PETSC_ERR_USER,
              "the prescribed cell moves");
-  PetscCall(SNESDestroy(&snes));
-  PetscCall(VecDestroy(&v));
-  PetscCall(VecDestroy(&r));
-  PetscCall(VectorsDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DestroyObjects(&snes, &v, &r));
+  return VectorsDestroy(&p);
 }
 
 /* 1e-8: each solution is within the residual tolerance of 1e-10 times a condition number of about 100; projection,
@@ -74,7 +65,6 @@ static PetscErrorCode TestSolutions(void)
 {
   uint64_t seed = 5;
 
-  PetscFunctionBegin;
   for (PetscInt trial = 0; trial < 4 * VECTORS_LAWS; trial++) {
     const PetscInt law = trial % VECTORS_LAWS, fixed = VectorsIsSmooth(law) && trial >= 2 * VECTORS_LAWS ? 6 : -1;
     PetscReal *x[4] = {NULL}, size = 0;
@@ -91,13 +81,13 @@ static PetscErrorCode TestSolutions(void)
     for (PetscInt i = 0; i < 2 * cells; i++) size = PetscMax(size, PetscAbsReal(x[0][i]));
     for (PetscInt k = 1; k < n; k++)
       for (PetscInt i = 0; i < 2 * cells; i++)
-        PetscCheck(PetscAbsReal(x[k][i] - x[0][i]) <= 1e-8 * size, PETSC_COMM_WORLD, PETSC_ERR_USER,
-                   "trial %" PetscInt_FMT ", law %" PetscInt_FMT ", way %" PetscInt_FMT ": %.12g instead of %.12g",
-                   trial, law, k, (double)x[k][i], (double)x[0][i]);
+        Check(PetscAbsReal(x[k][i] - x[0][i]) <= 1e-8 * size,
+              "trial %" PetscInt_FMT ", law %" PetscInt_FMT ", way %" PetscInt_FMT ": %.12g instead of %.12g", trial,
+              law, k, (double)x[k][i], (double)x[0][i]);
     for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(x[k]));
     PetscCall(VectorsFreeNumbers(&s));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The Jacobian and the preconditioner of the last Krylov solve, found where the solver has them: J e_j is column j of
@@ -117,7 +107,6 @@ static PetscErrorCode TestJacobian(void)
   KSP ksp;
   PC pc;
 
-  PetscFunctionBegin;
   PetscCall(VectorsRandomNumbers(cells, 2, VECTORS_WEAKENING, &seed, &s));
   for (PetscInt i = 0; i < N; i++) s.load[i] *= i == 4 || i == 5 ? 0.01 : 3; /* one sticks */
   PetscCall(VectorsCreate(PETSC_COMM_WORLD, &s, &p));
@@ -125,13 +114,13 @@ static PetscErrorCode TestJacobian(void)
   PetscCall(MatCreateVecs(p.l.B, &e, &y));
   PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_FALSE, &snes));
   PetscCall(VectorsSolve(&p, snes, x, r, &reason));
-  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER, "%s", SNESConvergedReasons[reason]);
+  Check(reason > 0, "%s", SNESConvergedReasons[reason]);
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPGetOperators(ksp, &J, NULL));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipCross", (PetscObject *)&cross));
-  PetscCheck(B == p.l.B && cross, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
+  Check(B == p.l.B && cross, "the parts are not composed");
   PetscCall(MatSlipJacobianSetParts(J, B, mask, slope)); /* for the preconditioner: they have changed since */
   PetscCall(PCSetUp(pc));
   PetscCall(VecDuplicate(x, &diag));
@@ -148,10 +137,9 @@ static PetscErrorCode TestJacobian(void)
     sliding += m[j] != 0;
     PetscCall(VecZeroEntries(e));
     PetscCall(VecSetValue(e, j, 1, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(e));
-    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecAssemble(e));
     PetscCall(MatMult(J, e, y));
-    PetscCall(VecGetArrayRead(y, &a));
+    a = VecRead(y);
     for (PetscInt i = first; i < last; i++) {
       PetscReal expected = m[i] * m[j] * s.B[i * N + j];
 
@@ -161,33 +149,23 @@ static PetscErrorCode TestJacobian(void)
                  PETSC_ERR_USER, "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g", i, j,
                  (double)a[i - first], (double)expected);
     }
-    PetscCall(VecRestoreArrayRead(y, &a));
     PetscCall(VecSetValue(e, j, m[j] != 0 ? diagonal[j] + d[j] : 1, INSERT_VALUES));
     if (m[j] != 0) PetscCall(VecSetValue(e, other, c[j / 2], INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(e));
-    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecAssemble(e));
     PetscCall(PCApply(pc, e, y));
-    PetscCall(VecGetArrayRead(y, &a));
+    a = VecRead(y);
     for (PetscInt i = first; i < last; i++)
-      PetscCheck(PetscAbsReal(a[i - first] - (i == j)) <= 1e-11, PETSC_COMM_SELF, PETSC_ERR_USER,
-                 "P J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g", i, j, (double)a[i - first]);
-    PetscCall(VecRestoreArrayRead(y, &a));
+      Check(PetscAbsReal(a[i - first] - (i == j)) <= 1e-11, "P J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g", i, j,
+            (double)a[i - first]);
   }
-  PetscCheck(sliding > 4 && sliding < N, PETSC_COMM_WORLD, PETSC_ERR_USER, "%" PetscInt_FMT " components slide",
-             sliding);
+  Check(sliding > 4 && sliding < N, "%" PetscInt_FMT " components slide", sliding);
   PetscCall(PetscFree(m));
   PetscCall(PetscFree(d));
   PetscCall(PetscFree(c));
   PetscCall(PetscFree(diagonal));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&r));
-  PetscCall(VecDestroy(&e));
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&diag));
-  PetscCall(SNESDestroy(&snes));
+  PetscCall(DestroyObjects(&x, &r, &e, &y, &diag, &snes));
   PetscCall(VectorsDestroy(&p));
-  PetscCall(VectorsFreeNumbers(&s));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VectorsFreeNumbers(&s);
 }
 
 /* Pairs of cells, on different ranks where there are several, whose motion swings and fades, or swings and grows, while
@@ -198,7 +176,6 @@ static PetscErrorCode TestSwingingPairs(void)
   const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}}, t[][2] = {{3, 1}, {1, 3}};
   const PetscInt n = 8;
 
-  PetscFunctionBegin;
   for (int k = 0; k < 2; k++) {
     SNESConvergedReason reason;
     uint64_t seed = 3;
@@ -223,30 +200,25 @@ static PetscErrorCode TestSwingingPairs(void)
       s.load[i] = 1 + 0.01 * t[k][side] * (2 - w[k][side] + (side ? -2 : 2));
     }
     PetscCall(VectorsCreate(PETSC_COMM_WORLD, &s, &p));
-    PetscCall(VecDuplicate(p.l.load, &x));
-    PetscCall(VecDuplicate(p.l.load, &r));
+    PetscCall(DuplicateVecs(p.l.load, &x, &r));
     PetscCall(VecSet(x, 0.01));
     PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_TRUE, &snes));
     PetscCall(VectorsSolve(&p, snes, x, r, &reason));
-    PetscCheck(k ? reason == SNES_DIVERGED_LINEAR_SOLVE : reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER,
-               "pairs that %s: %s", k ? "grow" : "fade", SNESConvergedReasons[reason]);
-    PetscCall(SNESDestroy(&snes));
-    PetscCall(VecDestroy(&x));
-    PetscCall(VecDestroy(&r));
+    Check(k ? reason == SNES_DIVERGED_LINEAR_SOLVE : reason > 0, "pairs that %s: %s", k ? "grow" : "fade",
+          SNESConvergedReasons[reason]);
+    PetscCall(DestroyObjects(&snes, &x, &r));
     PetscCall(VectorsDestroy(&p));
     PetscCall(VectorsFreeNumbers(&s));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
 {
-  PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(TestSolutions());
   PetscCall(TestJacobian());
-  PetscCall(TestSwingingPairs());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TestSwingingPairs();
 }
 
 SLIP_RANKS(Run)

@@ -27,29 +27,26 @@ static PetscErrorCode Create(MPI_Comm comm, const Problem *p, const char medium[
 {
   PetscReal traction[N], rate[N];
 
-  PetscFunctionBegin;
   Tau = p->tau;
   for (int i = 0; i < N; i++) {
     traction[i] = 6e6 + 3e5 * i;
     rate[i] = 1e-6 * (1 + 0.5 * i);
   }
   PetscCall(SlipFaultCreate(comm, fault));
+  PetscCall(FaultSetStrings(*fault, {"medium", medium}, {"viscosity", "radiation"}));
   PetscCall(FaultSetReals(*fault, {"nx", N}, {"nz", 1}, {"length_x", 2000}, {"length_z", 500}, {"normal_stress", 1e7},
                           {"normal_stress_gradient", 0}));
-  PetscCall(SlipFaultSetString(*fault, "medium", medium));
-  PetscCall(SlipFaultSetString(*fault, "viscosity", "radiation"));
   if (p->smooth) {
     PetscCall(SlipFaultSetString(*fault, "friction_law", "rate_and_state"));
     PetscCall(FaultSetReals(*fault, {"friction_slip", 0.02}));
     PetscCall(SlipFaultSetField(*fault, "initial_rate", N, rate));
   } else {
-    PetscCall(SlipFaultSetString(*fault, "friction_law", "constant"));
-    PetscCall(SlipFaultSetString(*fault, "initial", "traction"));
+    PetscCall(FaultSetStrings(*fault, {"friction_law", "constant"}, {"initial", "traction"}));
     PetscCall(SlipFaultSetBool(*fault, "inertia", PETSC_TRUE));
     PetscCall(SlipFaultSetBool(*fault, "initial_unstable", PETSC_TRUE));
     PetscCall(SlipFaultSetField(*fault, "initial_traction", N, traction));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* ---- the larger system ---- */
@@ -93,7 +90,6 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
   Vec e, Ke, w;
   const PetscReal *a;
 
-  PetscFunctionBegin;
   PetscCall(Create(PETSC_COMM_SELF, p, SLIPELASTICSTATIC, &fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultGetOperators(fault, &K, NULL, &s.M));
@@ -101,20 +97,17 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
   for (int j = 0; j < N; j++) {
     PetscCall(VecZeroEntries(e));
     PetscCall(VecSetValue(e, j, 1, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(e));
-    PetscCall(VecAssemblyEnd(e));
+    PetscCall(VecAssemble(e));
     PetscCall(MatMult(K, e, Ke));
-    PetscCall(VecGetArrayRead(Ke, &a));
+    a = VecRead(Ke);
     for (int i = 0; i < N; i++) s.K[i][j] = a[i];
-    PetscCall(VecRestoreArrayRead(Ke, &a));
   }
   PetscCall(SlipFaultGetField(fault, "initial_traction", N, s.T));
   PetscCall(SlipFaultGetFriction(fault, 0, &s.friction));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultSetInitialState(fault, w));
-  PetscCall(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   for (int i = 0; i < N; i++) x[i] = a[3 * i + (p->smooth ? 2 : 0)];
-  PetscCall(VecRestoreArrayRead(w, &a));
   s.eta = 0.5 * sqrt(30e9 * 2500);
   for (int n = 0; n < FINE; n++) {
     Rates(&s, x, f[0]);
@@ -127,11 +120,7 @@ static PetscErrorCode Exact(const Problem *p, PetscReal u[N])
     for (int i = 0; i < 3 * N; i++) x[i] += h / 6 * (f[0][i] + 2 * f[1][i] + 2 * f[2][i] + f[3][i]);
   }
   for (int i = 0; i < N; i++) u[i] = x[N + i];
-  PetscCall(VecDestroy(&e));
-  PetscCall(VecDestroy(&Ke));
-  PetscCall(VecDestroy(&w));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&e, &Ke, &w, &fault);
 }
 
 /* ---- runs ---- */
@@ -153,18 +142,14 @@ static PetscErrorCode KeepStep(TS ts, const SlipAttempt *attempt, Vec w, void *c
 {
   const How *how = (const How *)ctx;
 
-  PetscFunctionBegin;
-  (void)ts, (void)w;
   if (attempt->accepted && *how->n < ROOM) how->step[(*how->n)++] = attempt->dt;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode When(TS ts, PetscReal t, Vec w, PetscReal f[], void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)w;
   f[0] = t - 0.37 * ((const Problem *)ctx)->end;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Energy against work so far [J/m^2] */
@@ -180,8 +165,6 @@ static PetscErrorCode Balance(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   SlipFaultObservables o;
   PetscReal power;
 
-  PetscFunctionBegin;
-  (void)ts;
   PetscCall(SlipFaultGetObservables(e->fault, t, w, NULL, &o));
   power = o.viscous_power + o.friction_power - o.loading_power;
   if (step == 0)
@@ -191,24 +174,23 @@ static PetscErrorCode Balance(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   e->residual = o.kinetic + o.elastic - e->start + e->lost;
   e->power = power;
   e->time = t;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* To the end, or by the steps that there are */
 static PetscErrorCode Solve(TS ts, const How *how, Vec w)
 {
-  PetscFunctionBegin;
   if (!how->n || !*how->n) {
     if (how->n) PetscCall(TSBatheMonitorSet(ts, KeepStep, (void *)how, NULL));
     PetscCall(TSSolve(ts, w));
-    PetscFunctionReturn(PETSC_SUCCESS);
+    return PETSC_SUCCESS;
   }
   PetscCall(TSSetUp(ts));
   for (PetscInt i = 0; i < *how->n; i++) {
     PetscCall(TSSetTimeStep(ts, how->step[i]));
     PetscCall(TSStep(ts));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(const Problem *p, const char medium[], const How *how, PetscReal u[N], PetscInt *refused)
@@ -223,7 +205,6 @@ static PetscErrorCode Run(const Problem *p, const char medium[], const How *how,
   Vec w, all;
   TS ts;
 
-  PetscFunctionBegin;
   PetscCall(Create(PETSC_COMM_WORLD, p, medium, &fault));
   if (how->checkpoint) PetscCall(SlipFaultSetString(fault, "checkpoint", how->checkpoint));
   if (how->restart) PetscCall(SlipFaultSetString(fault, "restart", how->restart));
@@ -248,15 +229,10 @@ static PetscErrorCode Run(const Problem *p, const char medium[], const How *how,
   PetscCall(VecScatterCreateToAll(w, &gather, &all));
   PetscCall(VecScatterBegin(gather, w, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(gather, w, all, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(all, &a));
+  a = VecRead(all);
   for (int i = 0; i < N; i++) u[i] = a[3 * i + 1];
-  PetscCall(VecRestoreArrayRead(all, &a));
   PetscCall(VecScatterDestroy(&gather));
-  PetscCall(VecDestroy(&all));
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&all, &w, &ts, &fault);
 }
 
 /* Largest difference over the largest slip */
@@ -271,7 +247,7 @@ static PetscReal Apart(const PetscReal a[N], const PetscReal b[N])
   return most / size;
 }
 
-#define Expect(is, ...) PetscCheck(is, PETSC_COMM_SELF, PETSC_ERR_PLIB, __VA_ARGS__)
+#define Expect(is, ...) Check(is, __VA_ARGS__)
 
 /* The mean rate of a step is right to the second order, and so is a run: errors at h over those at h/2 are 4, a little
    more where Adams' formulas begin at order 1, and 2 would be the first. Steps that an event takes back change no more
@@ -280,7 +256,6 @@ static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
 {
   PetscReal u[N], e[3], without, open;
 
-  PetscFunctionBegin;
   how.energy = &open;
   for (int k = 0; k < 3; k++) {
     how.h = p->end / (k ? 640 : 320);
@@ -297,7 +272,7 @@ static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
   Expect(e[1] < 2e-5, "%s: error %g, expected some 1e-5 of 640 steps", how.type, (double)e[1]);
   Expect(e[2] < 2 * e[0], "%s: error %g with an event, %g without", how.type, (double)e[2], (double)e[0]);
   Expect(without > 0.05, "%s: without memory the error is %g", how.type, (double)without);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Doubling is steps of half the length, whose memory is that of halves too; and what was refused leaves nothing behind:
@@ -311,7 +286,6 @@ static PetscErrorCode Halves(const Problem *p)
   const How half = {.type = TSBATHE, .adapt = TSADAPTNONE, .error = TSBATHE_ERROR_NONE, .h = p->end / 40};
   const How quarter = {.type = TSBATHE, .adapt = TSADAPTNONE, .error = TSBATHE_ERROR_NONE, .h = p->end / 80};
 
-  PetscFunctionBegin;
   PetscCall(Run(p, "maxwell", &how, whole, NULL));
   PetscCall(Run(p, "maxwell", &half, u, NULL));
   Expect(Apart(u, whole) < 1e-10, "doubling and half steps are %g apart", (double)Apart(u, whole));
@@ -335,7 +309,7 @@ static PetscErrorCode Halves(const Problem *p)
   how.adapt = TSADAPTNONE;
   PetscCall(Run(p, "maxwell", &how, u, NULL));
   Expect(Apart(u, whole) < 1e-10, "with and without refused attempts runs are %g apart", (double)Apart(u, whole));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Steps by an error estimate with a relative tolerance of 1e-4, of which the first are refused: errors are some 1e-3 at
@@ -348,7 +322,6 @@ static PetscErrorCode Adaptive(const Problem *p, How how, PetscReal within, cons
   char file[64];
   How part = how;
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "medium_%d.state", (int)size));
@@ -370,7 +343,7 @@ static PetscErrorCode Adaptive(const Problem *p, How how, PetscReal within, cons
            (double)u[i], (double)whole[i]);
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   if (!rank) unlink(file);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* What a fault does that is loaded and rests: the static medium says until when, and the first step needs no solve;
@@ -382,21 +355,15 @@ static PetscErrorCode Quiet(const char medium[], PetscInt *solves)
   TS ts;
   Vec w;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(FaultSetStrings(fault, {"initial", "rest"}, {"viscosity", "radiation"}, {"medium", medium}));
   PetscCall(FaultSetReals(fault, {"nx", N}, {"nz", 1}, {"loading_rate", 1e-9}));
-  PetscCall(SlipFaultSetString(fault, "initial", "rest"));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "radiation"));
-  PetscCall(SlipFaultSetString(fault, "medium", medium));
   PetscCall(FaultStart(fault, TSADAPTNONE, 1e3, 1e5, &w, &ts));
   PetscCall(TSSetMaxSteps(ts, 1));
   PetscCall(TSSolve(ts, w));
   PetscCall(TSBatheGetLastAttempt(ts, &last));
   *solves = last.solves;
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&w, &ts, &fault);
 }
 
 /* The springs' k adds to the stiffness, so omega^2 to that of static: k/M more, each to 1 % from above */
@@ -406,7 +373,6 @@ static PetscErrorCode Frequencies(void)
   PetscReal omega[2], mass, more;
   SlipFault fault;
 
-  PetscFunctionBegin;
   for (int k = 0; k < 2; k++) {
     PetscCall(Create(PETSC_COMM_WORLD, &Linear, media[k], &fault));
     PetscCall(SlipFaultSetUp(fault));
@@ -418,7 +384,7 @@ static PetscErrorCode Frequencies(void)
   more = PetscSqr(omega[1]) - PetscSqr(omega[0]);
   Expect(PetscAbsReal(more - Stiffness / mass) < 0.01 * PetscSqr(omega[1]), "omega^2 grows by %g, expected %g",
          (double)more, (double)(Stiffness / mass));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Test(void)
@@ -426,7 +392,6 @@ static PetscErrorCode Test(void)
   PetscReal exact[N];
   PetscInt solves[2];
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticRegister("maxwell", Create_Maxwell));
   Tau = 1;
   Stiffness = 1e8; /* five times the K of a cell */
@@ -449,8 +414,7 @@ static PetscErrorCode Test(void)
   PetscCall(Order(&Smooth, (How){.type = TSADAMS, .adapt = TSADAPTNONE}, exact));
   PetscCall(Order(&Smooth, (How){.type = TSRK, .adapt = TSADAPTNONE}, exact));
   PetscCall(Adaptive(&Smooth, (How){.type = TSADAMS, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
-  PetscCall(Adaptive(&Smooth, (How){.type = TSRK, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return Adaptive(&Smooth, (How){.type = TSRK, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact);
 }
 
 SLIP_RANKS(Test)

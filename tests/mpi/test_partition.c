@@ -1,5 +1,6 @@
 /* Cells over ranks: compact shares of equal cost, and operators that do not depend on them. Exit code 0: good. */
 #include "ranks.h"
+#include "faultstart.h"
 #include "cells.h"
 #include <slipstep/rooms/slipelastic.h>
 #include <slipstep/private/slipfault.h>
@@ -38,29 +39,27 @@ static PetscErrorCode CheckShares(const SlipCells *c)
   PetscInt *counts, k = 0;
   PetscReal limit;
 
-  PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscMalloc1(size, &counts));
   PetscCall(PetscMalloc1(N, &owner));
   PetscCallMPI(MPI_Allgather(&c->nlocal, 1, MPIU_INT, counts, 1, MPIU_INT, PETSC_COMM_WORLD));
   for (PetscInt i = 0; i < N; i++) owner[i] = -1;
   for (PetscMPIInt r = 0; r < size; r++) {
-    PetscCheck(counts[r] > 0.6 * N / size && counts[r] < 1.5 * N / size, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-               "rank %d has %d of %d cells", (int)r, (int)counts[r], (int)N);
+    Check(counts[r] > 0.6 * N / size && counts[r] < 1.5 * N / size, "rank %d has %d of %d cells", (int)r,
+          (int)counts[r], (int)N);
     for (PetscInt i = 0; i < counts[r]; i++, k++) {
-      PetscCheck(k < N && owner[c->order[k]] == -1, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "a cell is in two shares");
-      PetscCheck(i == 0 || c->order[k] > c->order[k - 1], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "a share is not in order");
+      Check(k < N && owner[c->order[k]] == -1, "a cell is in two shares");
+      Check(i == 0 || c->order[k] > c->order[k - 1], "a share is not in order");
       owner[c->order[k]] = r;
     }
   }
-  PetscCheck(k == N, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%d of %d cells are in a share", (int)k, (int)N);
+  Check(k == N, "%d of %d cells are in a share", (int)k, (int)N);
   limit = 1.5 * size * 4 * PetscSqrtReal((PetscReal)N / size) / 2;
   k = SharedSides(c, owner);
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d shared sides, at most %g\n", (int)k, (double)limit));
-  PetscCheck(k <= limit, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the shares are not compact");
+  Check(k <= limit, "the shares are not compact");
   PetscCall(PetscFree(counts));
-  PetscCall(PetscFree(owner));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscFree(owner);
 }
 
 static PetscReal Value(PetscInt cell)
@@ -75,7 +74,6 @@ static PetscErrorCode Product(Mat A, PC pc, const PetscInt order[], PetscReal al
   PetscReal *a;
   Vec x, y;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(A, &x, &y));
   PetscCall(VecGetOwnershipRange(x, &start, &end));
   PetscCall(VecGetArrayWrite(x, &a));
@@ -90,9 +88,7 @@ static PetscErrorCode Product(Mat A, PC pc, const PetscInt order[], PetscReal al
   for (PetscInt i = start; i < end; i++) all[order ? order[i] : i] = a[i - start];
   PetscCall(VecRestoreArray(y, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, N, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&x, &y);
 }
 
 enum { STIFFNESS, VISCOSITY, STAGE, INVERSE, NUM };
@@ -102,13 +98,11 @@ static PetscErrorCode Frequency(Mat K, const PetscInt order[], PetscReal *omega)
   const SlipElasticRock rock = {.mass = MASS, .viscosity = "none", .tolerance = 1e-8, .components = 1, .order = order};
   SlipElastic el;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipElasticCreate(PetscObjectComm((PetscObject)K), &el));
   PetscCall(SlipElasticSetStiffness(el, K, NULL));
   PetscCall(SlipElasticSetUp(el, &rock));
   PetscCall(SlipElasticGetFrequency(el, omega));
-  PetscCall(SlipElasticDestroy(&el));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipElasticDestroy(&el);
 }
 
 static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal result[NUM][N], PetscReal *omega)
@@ -116,7 +110,6 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
   Mat K, H, B;
   PC pc;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateSlipCellStiffness(comm, c, "hmat", 1e-6, &K));
   PetscCall(MatScale(K, 0.5));
   PetscCall(Frequency(K, c->order, omega));
@@ -133,10 +126,7 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
   PetscCall(Product(B, NULL, c->order, result[STAGE]));
   PetscCall(Product(B, pc, c->order, result[INVERSE]));
   PetscCall(PCDestroy(&pc));
-  PetscCall(MatDestroy(&B));
-  PetscCall(MatDestroy(&H));
-  PetscCall(MatDestroy(&K));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&B, &H, &K);
 }
 
 /* Blocks do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its convergence, so
@@ -152,7 +142,6 @@ static PetscErrorCode Run(void)
   PetscReal omega[2];
   PetscInt *order;
 
-  PetscFunctionBeginUser;
   PetscCall(Products(PETSC_COMM_SELF, &c, alone, &omega[0]));
   PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &c, "hmat", &order, &c.nlocal));
   c.order = order;
@@ -165,15 +154,13 @@ static PetscErrorCode Run(void)
       error += PetscSqr(mine[k][e] - alone[k][e]);
       norm += PetscSqr(alone[k][e]);
     }
-    PetscCheck(error <= PetscSqr(tolerance[k]) * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-               "product %d differs by %g, expected at most %g", k, (double)PetscSqrtReal(error / norm),
-               (double)tolerance[k]);
+    Check(error <= PetscSqr(tolerance[k]) * norm, "product %d differs by %g, expected at most %g", k,
+          (double)PetscSqrtReal(error / norm), (double)tolerance[k]);
   }
   /* From the same start, so that only rounding differs: some 1e-15 in each of 20 products */
-  PetscCheck(PetscAbsReal(omega[1] - omega[0]) <= 1e-11 * omega[0], PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-             "largest frequency %.15g rad/s, on one rank %.15g rad/s", (double)omega[1], (double)omega[0]);
-  PetscCall(PetscFree(order));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(PetscAbsReal(omega[1] - omega[0]) <= 1e-11 * omega[0], "largest frequency %.15g rad/s, on one rank %.15g rad/s",
+        (double)omega[1], (double)omega[0]);
+  return PetscFree(order);
 }
 
 /* The worst cell of a solve is called by its row of the mesh's file. One cell is thrown at 1 km/s at the start of a
@@ -184,15 +171,13 @@ static PetscErrorCode WorstCell(SlipFault fault)
   SNES snes;
   Vec w, x, r;
 
-  PetscFunctionBeginUser;
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
   PetscCall(SNESSetType(snes, SNESSEMISMOOTH));
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
   PetscCall(SNESSetSlipConstraint(snes, fault->stage.con));
   PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(VecDuplicate(fault->critical.uc, &x));
-  PetscCall(VecDuplicate(fault->critical.uc, &r));
+  PetscCall(DuplicateVecs(fault->critical.uc, &x, &r));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     const SlipStage stage = {.theta = 1e-2, .omega = 1, .base = w};
     PetscInt found;
@@ -202,18 +187,12 @@ static PetscErrorCode WorstCell(SlipFault fault)
     for (PetscInt i = fault->mesh.start; i < fault->mesh.start + fault->mesh.n; i++)
       if ((fault->mesh.order ? fault->mesh.order[i] : i) == rows[k])
         PetscCall(VecSetValue(w, 3 * i, 1e3, INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(w));
-    PetscCall(VecAssemblyEnd(w));
+    PetscCall(VecAssemble(w));
     PetscCall(SNESSlipSolveStage(snes, &stage, x, r, NULL));
     PetscCall(SNESSlipGetWorstCell(snes, &found, NULL));
-    PetscCheck(found == rows[k], PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the worst cell is %d, expected that of row %d",
-               (int)found, (int)rows[k]);
+    Check(found == rows[k], "the worst cell is %d, expected that of row %d", (int)found, (int)rows[k]);
   }
-  PetscCall(VecDestroy(&r));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&w));
-  PetscCall(SNESDestroy(&snes));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&r, &x, &w, &snes);
 }
 
 /* A field is given by the rows of the mesh's file, and every process takes those of its own cells. */
@@ -225,7 +204,6 @@ static PetscErrorCode GiveField(void)
   PetscMPIInt rank, size;
   SlipFault fault;
 
-  PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_partition_%d.h5", (int)size));
@@ -233,9 +211,7 @@ static PetscErrorCode GiveField(void)
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   for (PetscInt k = 0; k < N; k++) stress[k] = 1e7 + k;
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
-  PetscCall(SlipFaultSetString(fault, "mesh", file));
-  PetscCall(SlipFaultSetString(fault, "operator", "hmat"));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "none"));
+  PetscCall(FaultSetStrings(fault, {"mesh", file}, {"operator", "hmat"}, {"viscosity", "none"}));
   PetscCall(SlipFaultSetReal(fault, "thickness", 2000));
   PetscCall(SlipFaultSetField(fault, "normal_stress", N, stress));
   PetscCall(SlipFaultSetUp(fault));
@@ -243,21 +219,19 @@ static PetscErrorCode GiveField(void)
     const PetscInt e = fault->mesh.start + i, row = fault->mesh.order ? fault->mesh.order[e] : e;
     const PetscReal got = fault->fields.cell[FIELD_NORMAL_STRESS][i];
 
-    PetscCheck(got == stress[row], PETSC_COMM_SELF, PETSC_ERR_PLIB, "the cell of row %d has %.1f Pa, given were %.1f",
-               (int)row, (double)got, (double)stress[row]);
+    Check(got == stress[row], "the cell of row %d has %.1f Pa, given were %.1f", (int)row, (double)got,
+          (double)stress[row]);
   }
   PetscCall(WorstCell(fault));
   PetscCall(SlipFaultDestroy(&fault));
   if (!rank) (void)remove(file);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Test(void)
 {
-  PetscFunctionBegin;
   PetscCall(Run());
-  PetscCall(GiveField());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return GiveField();
 }
 
 SLIP_RANKS(Test)

@@ -25,14 +25,12 @@ static PetscErrorCode WriteFiles(const Files *files, const Fields *fields)
   const SlipCells mesh = TwoGradedFaults(NX, NZ, 5, cells);
   SlipH5 h;
 
-  PetscFunctionBegin;
   PetscCall(WriteCells(files->mesh, &mesh));
   PetscCall(PetscArraycpy(pressure + N, fields->pressure, N));
   PetscCall(SlipH5Create(files->record, &h));
   PetscCall(SlipH5WriteReal(&h, "/time", 1, &rows, times, "s"));
   PetscCall(SlipH5WriteReal(&h, "/pressure", 2, dims, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 /* Some steps from the start to a checkpoint, or from it; *code: of the error of a checkpoint that is refused */
@@ -44,14 +42,10 @@ static PetscErrorCode Run(MPI_Comm comm, const Files *files, PetscBool restart, 
   TS ts;
   Vec w;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultCreate(comm, &fault));
-  PetscCall(SlipFaultSetString(fault, "mesh", files->mesh));
-  PetscCall(SlipFaultSetString(fault, "pore_pressure", files->record));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "radiation"));
-  PetscCall(SlipFaultSetString(fault, "initial", "rest"));
+  PetscCall(FaultSetStrings(fault, {"mesh", files->mesh}, {"pore_pressure", files->record}, {"viscosity", "radiation"},
+                            {"initial", "rest"}, {restart ? "restart" : "checkpoint", files->state}));
   PetscCall(SlipFaultSetReal(fault, "loading_rate", 1e-3));
-  PetscCall(SlipFaultSetString(fault, restart ? "restart" : "checkpoint", files->state));
   PetscCall(SlipFaultSetField(fault, "friction_drop", N, fields->drop));
   PetscCall(FaultStart(fault, TSADAPTNONE, 0.1, restart ? 2 : 1, &w, &ts));
   PetscCall(TSSetSolution(ts, w));
@@ -62,10 +56,7 @@ static PetscErrorCode Run(MPI_Comm comm, const Files *files, PetscBool restart, 
     PetscCall(TSSolve(ts, w));
     PetscCall(SlipFaultCheckpointFinish(fault, ts, &ended));
   }
-  PetscCall(VecDestroy(&w));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&w, &ts, &fault);
 }
 
 static PetscErrorCode Expect(MPI_Comm comm, const Files *files, const char what[], const Fields *fields,
@@ -74,15 +65,13 @@ static PetscErrorCode Expect(MPI_Comm comm, const Files *files, const char what[
   PetscMPIInt rank, size;
   PetscErrorCode code;
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   if (!rank) PetscCall(WriteFiles(files, fields));
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(Run(comm, files, PETSC_TRUE, fields, &code));
-  PetscCheck(code == expected, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s on %d ranks: error %d, expected %d", what,
-             (int)size, (int)code, (int)expected);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(code == expected, "%s on %d ranks: error %d, expected %d", what, (int)size, (int)code, (int)expected);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Test(void)
@@ -93,7 +82,6 @@ static PetscErrorCode Test(void)
   Fields fields, other;
   Files files;
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   for (int i = 0; i < N; i++) {
@@ -134,7 +122,7 @@ static PetscErrorCode Test(void)
 
     for (int k = 0; k < 3; k++) unlink(names[k]);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 SLIP_RANKS(Test)

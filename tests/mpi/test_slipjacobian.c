@@ -6,7 +6,6 @@ enum { blocks = 11 };
 
 static PetscReal entry(PetscInt i, PetscInt j, PetscInt n)
 {
-  (void)n;
   return i == j ? 4.0 : 1.0 / (1.0 + PetscAbsInt(i - j));
 }
 
@@ -17,33 +16,25 @@ static PetscErrorCode CheckColumn(Mat J, PetscInt j, const PetscReal mask[], con
   PetscInt first, last;
   const PetscScalar *a, *b;
 
-  PetscFunctionBegin;
   PetscCall(MatCreateVecs(J, &e, &y));
   PetscCall(VecDuplicate(y, &d));
   PetscCall(VecSetValue(e, j, 1.0, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(e));
-  PetscCall(VecAssemblyEnd(e));
+  PetscCall(VecAssemble(e));
   PetscCall(MatMult(J, e, y));
   PetscCall(MatGetDiagonal(J, d));
   PetscCall(VecGetOwnershipRange(y, &first, &last));
-  PetscCall(VecGetArrayRead(y, &a));
-  PetscCall(VecGetArrayRead(d, &b));
+  a = VecRead(y);
+  b = VecRead(d);
   for (PetscInt i = first; i < last; i++) {
     PetscReal expected = mask[i] * entry(i, j, blocks) * mask[j];
 
     if (i == j) expected += slope[i] * mask[i] + 1.0 - mask[i];
-    PetscCheck(PetscAbsReal(a[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
-               "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g", i, j, (double)a[i - first],
-               (double)expected);
-    PetscCheck(i != j || PetscAbsReal(b[i - first] - expected) < 1e-14, PETSC_COMM_SELF, PETSC_ERR_USER,
-               "diagonal %" PetscInt_FMT " is %g", i, (double)b[i - first]);
+    Check(PetscAbsReal(a[i - first] - expected) < 1e-14, "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g",
+          i, j, (double)a[i - first], (double)expected);
+    Check(i != j || PetscAbsReal(b[i - first] - expected) < 1e-14, "diagonal %" PetscInt_FMT " is %g", i,
+          (double)b[i - first]);
   }
-  PetscCall(VecRestoreArrayRead(d, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscCall(VecDestroy(&e));
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&e, &y, &d);
 }
 
 static PetscErrorCode Run(void)
@@ -54,11 +45,9 @@ static PetscErrorCode Run(void)
   PetscReal ms[blocks], ss[blocks];
   PetscBool same;
 
-  PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, entry, 1.0, 0.0, &p));
-  PetscCall(VecDuplicate(p.bound, &mask));
-  PetscCall(VecDuplicate(p.bound, &slope));
+  PetscCall(DuplicateVecs(p.bound, &mask, &slope));
   for (PetscInt i = 0; i < blocks; i++) {
     PetscInt first, last;
 
@@ -69,24 +58,19 @@ static PetscErrorCode Run(void)
     PetscCall(VecSetValue(mask, i, ms[i], INSERT_VALUES));
     PetscCall(VecSetValue(slope, i, ss[i], INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(mask));
-  PetscCall(VecAssemblyEnd(mask));
-  PetscCall(VecAssemblyBegin(slope));
-  PetscCall(VecAssemblyEnd(slope));
+  PetscCall(VecAssemble(mask));
+  PetscCall(VecAssemble(slope));
   PetscCall(MatCreateSlipJacobian(p.K, &J));
   PetscCall(MatSlipJacobianSetParts(J, p.K, mask, slope));
   PetscCall(PetscObjectTypeCompare((PetscObject)J, MATSLIPJACOBIAN, &same));
-  PetscCheck(same, PETSC_COMM_WORLD, PETSC_ERR_USER, "the type is not %s", MATSLIPJACOBIAN);
+  Check(same, "the type is not %s", MATSLIPJACOBIAN);
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&B));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&m));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipSlope", (PetscObject *)&s));
-  PetscCheck(B == p.K && m == mask && s == slope, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
+  Check(B == p.K && m == mask && s == slope, "the parts are not composed");
   for (PetscInt j = 0; j < blocks; j++) PetscCall(CheckColumn(J, j, ms, ss));
-  PetscCall(MatDestroy(&J));
-  PetscCall(VecDestroy(&mask));
-  PetscCall(VecDestroy(&slope));
-  PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DestroyObjects(&J, &mask, &slope));
+  return SlidersDestroy(&p);
 }
 
 SLIP_RANKS(Run)

@@ -11,7 +11,6 @@ static PetscReal chain(PetscInt i, PetscInt j, PetscInt n)
 {
   PetscReal d = (PetscReal)PetscAbsInt(i - j);
 
-  (void)n;
   return i == j ? 3.0 : -1.0 / (1.0 + d * d * d);
 }
 
@@ -20,7 +19,6 @@ static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
 {
   PetscInt first, last;
 
-  PetscFunctionBegin;
   PetscCall(SlidersCreate(comm, blocks, chain, 1.0, 0.1, p));
   p->mud = 0.5;
   p->dmu = 0.5;
@@ -31,12 +29,9 @@ static PetscErrorCode Chain(MPI_Comm comm, Sliders *p, Vec *w)
     PetscCall(VecSetValue(p->load, i, 2.5 * PetscExpReal(-0.05 * PetscSqr(i - 9.3)) * (i % 7 == 5 ? -1.0 : 1.0),
                           INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(p->bound));
-  PetscCall(VecAssemblyEnd(p->bound));
-  PetscCall(VecAssemblyBegin(p->load));
-  PetscCall(VecAssemblyEnd(p->load));
-  PetscCall(SlidersCreateState(p, w));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecAssemble(p->bound));
+  PetscCall(VecAssemble(p->load));
+  return SlidersCreateState(p, w);
 }
 
 /* One stage from rest */
@@ -47,7 +42,6 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   SlipStage stage = {.t = theta, .theta = theta, .omega = 1.0, .base = w};
   PetscReal norm;
 
-  PetscFunctionBegin;
   PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
   PetscCall(SNESSetType(snes, type));
@@ -57,10 +51,8 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   PetscCall(SNESSlipSolveStage(snes, &stage, x, r, &norm));
   PetscCall(SNESGetConvergedReason(snes, reason));
   PetscCall(SNESGetIterationNumber(snes, its));
-  PetscCheck(*reason < 0 || norm <= 1e-10, PETSC_COMM_WORLD, PETSC_ERR_USER, "converged with residual %g",
-             (double)norm);
-  PetscCall(SNESDestroy(&snes));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(*reason < 0 || norm <= 1e-10, "converged with residual %g", (double)norm);
+  return SNESDestroy(&snes);
 }
 
 /* |r| <= q, r = -q sign(x) where x != 0, and G(x) = omega r to the solver's tolerance of 1e-10 times the loads (about
@@ -71,33 +63,22 @@ static PetscErrorCode CheckSolution(Sliders *p, Vec x, Vec r)
   const PetscScalar *xx, *rr, *qq, *gg;
   PetscInt n, first;
 
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(x, &q));
-  PetscCall(VecDuplicate(x, &g));
+  PetscCall(DuplicateVecs(x, &q, &g));
   PetscCall(SlidersBound(p->con, x, q, NULL, p));
   PetscCall(LinearResidual(p->con, x, g, p));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(r, &rr));
-  PetscCall(VecGetArrayRead(q, &qq));
-  PetscCall(VecGetArrayRead(g, &gg));
+  xx = VecRead(x);
+  rr = VecRead(r);
+  qq = VecRead(q);
+  gg = VecRead(g);
   for (PetscInt i = 0; i < n; i++) {
-    PetscCheck(PetscAbsReal(rr[i]) <= qq[i] * (1.0 + 1e-12), PETSC_COMM_SELF, PETSC_ERR_USER,
-               "|r| > q in %" PetscInt_FMT, first + i);
-    PetscCheck(xx[i] == 0.0 || rr[i] == (xx[i] > 0 ? -qq[i] : qq[i]), PETSC_COMM_SELF, PETSC_ERR_USER,
-               "r != -q sign(x) in %" PetscInt_FMT, first + i);
-    PetscCheck(PetscAbsReal(gg[i] - rr[i]) <= 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER, "G - r = %g in %" PetscInt_FMT,
-               (double)(gg[i] - rr[i]), first + i);
-    PetscCheck(first + i != 3 || xx[i] != 0.0, PETSC_COMM_SELF, PETSC_ERR_USER, "the unconstrained row sticks");
+    Check(PetscAbsReal(rr[i]) <= qq[i] * (1.0 + 1e-12), "|r| > q in %" PetscInt_FMT, first + i);
+    Check(xx[i] == 0.0 || rr[i] == (xx[i] > 0 ? -qq[i] : qq[i]), "r != -q sign(x) in %" PetscInt_FMT, first + i);
+    Check(PetscAbsReal(gg[i] - rr[i]) <= 1e-9, "G - r = %g in %" PetscInt_FMT, (double)(gg[i] - rr[i]), first + i);
+    Check(first + i != 3 || xx[i] != 0.0, "the unconstrained row sticks");
   }
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(VecRestoreArrayRead(r, &rr));
-  PetscCall(VecRestoreArrayRead(q, &qq));
-  PetscCall(VecRestoreArrayRead(g, &gg));
-  PetscCall(VecDestroy(&q));
-  PetscCall(VecDestroy(&g));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&q, &g);
 }
 
 static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
@@ -105,14 +86,12 @@ static PetscErrorCode Distance(Vec a, Vec b, PetscReal *d)
   Vec e;
   PetscReal norm;
 
-  PetscFunctionBegin;
   PetscCall(VecDuplicate(a, &e));
   PetscCall(VecWAXPY(e, -1.0, a, b));
   PetscCall(VecNorm(e, NORM_INFINITY, d));
   PetscCall(VecNorm(a, NORM_INFINITY, &norm));
   *d /= norm;
-  PetscCall(VecDestroy(&e));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&e);
 }
 
 /* The same problem on this rank alone gives the reference for any rank count */
@@ -122,14 +101,11 @@ static PetscErrorCode Fingerprint(Vec x, PetscReal *sum)
   PetscInt n, first;
   PetscReal mine = 0.0;
 
-  PetscFunctionBegin;
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
-  PetscCall(VecGetArrayRead(x, &xx));
+  xx = VecRead(x);
   for (PetscInt i = 0; i < n; i++) mine += xx[i] * (1.0 + PetscSinReal((PetscReal)(first + i)));
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscCall(MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x));
 }
 
 /* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number
@@ -138,43 +114,34 @@ static PetscErrorCode TestTypesAgree(void)
 {
   Sliders p;
   Vec w, x, y, r;
-  PetscReal d, sum;
+  PetscReal d, sum = 0;
   PetscInt its;
   SNESConvergedReason reason;
 
-  PetscFunctionBegin;
   PetscCall(Chain(PETSC_COMM_WORLD, &p, &w));
-  PetscCall(VecDuplicate(p.bound, &x));
-  PetscCall(VecDuplicate(p.bound, &y));
-  PetscCall(VecDuplicate(p.bound, &r));
+  PetscCall(DuplicateVecs(p.bound, &x, &y, &r));
   for (PetscReal theta = 0.01; theta < 1.0; theta *= 4.0) {
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, "350", theta, x, r, &reason, &its));
-    PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "direct: %s after %" PetscInt_FMT,
-               SNESConvergedReasons[reason], its);
+    Check(reason > 0 && its <= 8, "direct: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
     PetscCall(CheckSolution(&p, x, r));
     PetscCall(Fingerprint(x, &sum));
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "theta %g: direct %" PetscInt_FMT " iterations, fingerprint %.12e\n",
                           (double)theta, its, (double)sum));
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, "0", theta, y, r, &reason, &its));
-    PetscCheck(reason > 0 && its <= 8, PETSC_COMM_WORLD, PETSC_ERR_USER, "Krylov: %s after %" PetscInt_FMT,
-               SNESConvergedReasons[reason], its);
+    Check(reason > 0 && its <= 8, "Krylov: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
     PetscCall(CheckSolution(&p, y, r));
     PetscCall(Distance(x, y, &d));
-    PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "Krylov differs from direct by %g", (double)d);
+    Check(d < 1e-8, "Krylov differs from direct by %g", (double)d);
     PetscCall(Solve(&p, w, SNESPROJECTION, "350", theta, y, r, &reason, &its));
     PetscCall(
       PetscPrintf(PETSC_COMM_WORLD, "  projection: %s after %" PetscInt_FMT "\n", SNESConvergedReasons[reason], its));
-    PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection: %s", SNESConvergedReasons[reason]);
+    Check(reason > 0, "projection: %s", SNESConvergedReasons[reason]);
     PetscCall(CheckSolution(&p, y, r));
     PetscCall(Distance(x, y, &d));
-    PetscCheck(d < 1e-8, PETSC_COMM_WORLD, PETSC_ERR_USER, "projection differs from direct by %g", (double)d);
+    Check(d < 1e-8, "projection differs from direct by %g", (double)d);
   }
-  PetscCall(VecDestroy(&w));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&r));
-  PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DestroyObjects(&w, &x, &y, &r));
+  return SlidersDestroy(&p);
 }
 
 /* A stiff chain without anchor: the projection gives up at its 200 iterations, semismooth Newton does not notice */
@@ -190,25 +157,19 @@ static PetscErrorCode TestProjectionGivesUp(void)
   PetscInt its;
   SNESConvergedReason reason;
 
-  PetscFunctionBegin;
   PetscCall(SlidersCreate(PETSC_COMM_WORLD, blocks, stiff, 1.0, 0.0, &p));
   PetscCall(VecSet(p.load, 1.05));
   PetscCall(SlidersCreateState(&p, &w));
-  PetscCall(VecDuplicate(p.bound, &x));
-  PetscCall(VecDuplicate(p.bound, &r));
+  PetscCall(DuplicateVecs(p.bound, &x, &r));
   PetscCall(Solve(&p, w, SNESPROJECTION, "350", 30.0, x, r, &reason, &its));
-  PetscCheck(reason == SNES_DIVERGED_MAX_IT && its == 200, PETSC_COMM_WORLD, PETSC_ERR_USER,
-             "projection: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
+  Check(reason == SNES_DIVERGED_MAX_IT && its == 200, "projection: %s after %" PetscInt_FMT,
+        SNESConvergedReasons[reason], its);
   for (int k = 0; k < 2; k++) {
     PetscCall(Solve(&p, w, SNESSEMISMOOTH, k ? "0" : "350", 30.0, x, r, &reason, &its));
-    PetscCheck(reason > 0 && its <= 5, PETSC_COMM_WORLD, PETSC_ERR_USER, "semismooth: %s after %" PetscInt_FMT,
-               SNESConvergedReasons[reason], its);
+    Check(reason > 0 && its <= 5, "semismooth: %s after %" PetscInt_FMT, SNESConvergedReasons[reason], its);
   }
-  PetscCall(VecDestroy(&w));
-  PetscCall(VecDestroy(&x));
-  PetscCall(VecDestroy(&r));
-  PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DestroyObjects(&w, &x, &r));
+  return SlidersDestroy(&p);
 }
 
 /* A whole run of TSBATHE, on all ranks and on this one alone, directly and by Krylov; 1e-9 is what the library
@@ -218,9 +179,8 @@ static PetscErrorCode TestRanksAgree(void)
   const MPI_Comm comm[] = {PETSC_COMM_SELF, PETSC_COMM_WORLD, PETSC_COMM_WORLD};
   Sliders p;
   Vec w;
-  PetscReal sum[3];
+  PetscReal sum[3] = {0};
 
-  PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
     PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", k == 2 ? "0" : "350"));
     PetscCall(Chain(comm[k], &p, &w));
@@ -228,12 +188,11 @@ static PetscErrorCode TestRanksAgree(void)
     PetscCall(Fingerprint(w, &sum[k]));
     PetscCall(VecDestroy(&w));
     PetscCall(SlidersDestroy(&p));
-    PetscCheck(PetscAbsReal(sum[k] - sum[0]) < 1e-9 * PetscAbsReal(sum[0]), PETSC_COMM_WORLD, PETSC_ERR_USER,
-               "the run ends at %.15e instead of %.15e", (double)sum[k], (double)sum[0]);
+    Check(PetscAbsReal(sum[k] - sum[0]) < 1e-9 * PetscAbsReal(sum[0]), "the run ends at %.15e instead of %.15e",
+          (double)sum[k], (double)sum[0]);
   }
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
-                        (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0)));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscPrintf(PETSC_COMM_WORLD, "relative differences %g (ranks), %g (Krylov)\n",
+                     (double)PetscAbsReal(sum[1] / sum[0] - 1.0), (double)PetscAbsReal(sum[2] / sum[0] - 1.0));
 }
 
 /* What is no number on the last rank is so on all of them. */
@@ -243,7 +202,6 @@ static PetscErrorCode TestLargest(void)
   PetscMPIInt rank, size;
   Vec v;
 
-  PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, 2, PETSC_DETERMINE, &v));
@@ -252,28 +210,23 @@ static PetscErrorCode TestLargest(void)
     x[1] = bad && rank == size - 1 ? (PetscReal)NAN : 0.5;
     PetscCall(VecSetValue(v, 2 * rank, x[0], INSERT_VALUES));
     PetscCall(VecSetValue(v, 2 * rank + 1, x[1], INSERT_VALUES));
-    PetscCall(VecAssemblyBegin(v));
-    PetscCall(VecAssemblyEnd(v));
+    PetscCall(VecAssemble(v));
     PetscCall(SlipVecLargest(v, &norm));
     PetscCall(SlipAllreduceLargest(PETSC_COMM_WORLD, 2, x));
-    PetscCheck(x[0] == -1 && (bad ? PetscIsNanReal(x[1]) : x[1] == 0.5), PETSC_COMM_SELF, PETSC_ERR_USER,
-               "the largest numbers are %g and %g", (double)x[0], (double)x[1]);
-    PetscCheck(bad ? PetscIsNanReal(norm) : norm == (PetscReal)size, PETSC_COMM_SELF, PETSC_ERR_USER, "the norm is %g",
-               (double)norm);
+    Check(x[0] == -1 && (bad ? PetscIsNanReal(x[1]) : x[1] == 0.5), "the largest numbers are %g and %g", (double)x[0],
+          (double)x[1]);
+    Check(bad ? PetscIsNanReal(norm) : norm == (PetscReal)size, "the norm is %g", (double)norm);
   }
-  PetscCall(VecDestroy(&v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&v);
 }
 
 static PetscErrorCode Run(void)
 {
-  PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(TestLargest());
   PetscCall(TestTypesAgree());
   PetscCall(TestProjectionGivesUp());
-  PetscCall(TestRanksAgree());
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TestRanksAgree();
 }
 
 SLIP_RANKS(Run)

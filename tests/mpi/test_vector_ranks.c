@@ -1,5 +1,5 @@
-/* Operators for slip as a vector on several ranks against one process: dense and hierarchical, with shares of METIS and
-   without an order, those of grids, and their distribution. Exit code 0: good. */
+/* Operators of cells, for slip along rakes and as a vector, on several ranks against one process: dense and hierarchical,
+   with shares of METIS and without an order, those of grids, and their distribution. Exit code 0: good. */
 #include "ranks.h"
 #include "cells.h"
 
@@ -13,7 +13,6 @@ static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int sli
   const PetscScalar *p;
   Vec u, y;
 
-  PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(A, &u, &y));
   PetscCall(VecGetSize(u, &columns));
   PetscCall(VecGetSize(y, &rows));
@@ -23,23 +22,19 @@ static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int sli
   for (PetscInt i = start; i < end; i++) {
     const PetscInt e = order ? order[i / columns] : i / columns, number = columns * e + i % columns;
 
-    PetscCall(
-      VecSetValue(u, i, slip == 2 ? PetscSinReal((PetscReal)(number * number)) : number % 2 == slip, INSERT_VALUES));
+    PetscCall(VecSetValue(u, i, slip == 2 ? PetscSinReal((PetscReal)(number * number)) : number % columns == slip,
+                          INSERT_VALUES));
   }
-  PetscCall(VecAssemblyBegin(u));
-  PetscCall(VecAssemblyEnd(u));
+  PetscCall(VecAssemble(u));
   PetscCall(MatMult(A, u, y));
   PetscCall(PetscArrayzero(product, rows * n));
   PetscCall(VecGetOwnershipRange(y, &start, &end));
-  PetscCall(VecGetArrayRead(y, &p));
+  p = VecRead(y);
   for (PetscInt i = start; i < end; i++)
     product[rows * (order ? order[i / rows] : i / rows) + i % rows] = PetscRealPart(p[i - start]);
-  PetscCall(VecRestoreArrayRead(y, &p));
   PetscCallMPI(
     MPI_Allreduce(MPI_IN_PLACE, product, (int)(rows * n), MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)A)));
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&y));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&u, &y);
 }
 
 /* To 1e-9: what is summed in another order rounds to 1e-13, and nothing else may differ. */
@@ -49,32 +44,35 @@ static PetscErrorCode Compare(Mat one, Mat many, const PetscInt order[], PetscIn
   PetscReal most = 0;
   PetscInt rows;
 
-  PetscFunctionBeginUser;
   PetscCall(MatGetSize(one, &rows, NULL));
   for (int slip = 0; slip < 3; slip++) {
     PetscCall(Product(one, NULL, n, slip, a));
     PetscCall(Product(many, order, n, slip, b));
     for (PetscInt i = 0; i < rows; i++) most = PetscMax(most, PetscAbsReal(a[i]));
     for (PetscInt i = 0; i < rows; i++)
-      PetscCheck(PetscAbsReal(a[i] - b[i]) <= 1e-9 * most, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
-                 "%s: row %" PetscInt_FMT " is %.15g, expected %.15g", type, i, (double)b[i], (double)a[i]);
+      Check(PetscAbsReal(a[i] - b[i]) <= 1e-9 * most, "%s: row %" PetscInt_FMT " is %.15g, expected %.15g", type, i,
+            (double)b[i], (double)a[i]);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
-/* Two rows and columns of S where the cells' rows are, and of Kn one row and two columns */
-static PetscErrorCode CheckShares(Mat S, Mat Kn, PetscInt cells)
+/* Rows and columns of S for each component where the cells' rows are, and of Kn one row and as many columns */
+static PetscErrorCode CheckShares(Mat S, Mat Kn, PetscInt components, PetscInt cells)
 {
   PetscInt m, n;
 
-  PetscFunctionBeginUser;
   PetscCall(MatGetLocalSize(S, &m, &n));
-  PetscCheck(m == 2 * cells && n == 2 * cells, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "S has %" PetscInt_FMT " x %" PetscInt_FMT " here, expected twice %" PetscInt_FMT, m, n, cells);
+  Check(m == components * cells && n == components * cells, "S has %" PetscInt_FMT " x %" PetscInt_FMT " here", m, n);
   PetscCall(MatGetLocalSize(Kn, &m, &n));
-  PetscCheck(m == cells && n == 2 * cells, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "Kn has %" PetscInt_FMT " x %" PetscInt_FMT " here, expected once and twice %" PetscInt_FMT, m, n, cells);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  Check(m == cells && n == components * cells, "Kn has %" PetscInt_FMT " x %" PetscInt_FMT " here", m, n);
+  return PETSC_SUCCESS;
+}
+
+static PetscErrorCode Create(MPI_Comm comm, const SlipCells *c, const char type[], Mat *S, Mat *Kn)
+{
+  if (c->kernel.type->components > 1) return MatCreateSlipCellVectorStiffness(comm, c, type, 1e-6, S, Kn);
+  PetscCall(MatCreateSlipCellStiffness(comm, c, type, 1e-6, S));
+  return MatCreateSlipCellNormalStiffness(comm, c, type, 1e-6, Kn);
 }
 
 static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBool shares)
@@ -83,24 +81,19 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
   PetscInt *order = NULL, n = cells->n, nlocal = PETSC_DECIDE;
   Mat S[2], Kn[2];
 
-  PetscFunctionBeginUser;
   if (shares) PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, cells, type, &order, &shared.nlocal));
   shared.order = order;
   if (shares)
     nlocal = shared.nlocal;
   else
     PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &nlocal, &n));
-  PetscCall(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, cells, type, 1e-6, &S[0], &Kn[0]));
-  PetscCall(MatCreateSlipCellVectorStiffness(PETSC_COMM_WORLD, &shared, type, 1e-6, &S[1], &Kn[1]));
-  PetscCall(CheckShares(S[1], Kn[1], nlocal));
+  PetscCall(Create(PETSC_COMM_SELF, cells, type, &S[0], &Kn[0]));
+  PetscCall(Create(PETSC_COMM_WORLD, &shared, type, &S[1], &Kn[1]));
+  PetscCall(CheckShares(S[1], Kn[1], cells->kernel.type->components, nlocal));
   PetscCall(Compare(S[0], S[1], order, n, type));
   PetscCall(Compare(Kn[0], Kn[1], order, n, type));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(MatDestroy(&S[k]));
-    PetscCall(MatDestroy(&Kn[k]));
-  }
-  PetscCall(PetscFree(order));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < 2; k++) PetscCall(DestroyObjects(&S[k], &Kn[k]));
+  return PetscFree(order);
 }
 
 /* An odd number of cells, so that shares of rows are not shares of cells; with the root and the stage operator, which
@@ -111,11 +104,10 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
   PetscInt n = 9 * 7, nlocal = PETSC_DECIDE;
   Mat S[2], Kn[2], H[2], B[2];
 
-  PetscFunctionBeginUser;
   PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &nlocal, &n));
   PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &S[0], &Kn[0]));
   PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_WORLD, &grid, type, &S[1], &Kn[1]));
-  PetscCall(CheckShares(S[1], Kn[1], nlocal));
+  PetscCall(CheckShares(S[1], Kn[1], 2, nlocal));
   PetscCall(Compare(S[0], S[1], NULL, n, type));
   PetscCall(Compare(Kn[0], Kn[1], NULL, n, type));
   for (int k = 0; k < 2; k++) {
@@ -124,32 +116,26 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
     PetscCall(MatSlipStageSetTheta(B[k], 0.02));
   }
   PetscCall(Compare(B[0], B[1], NULL, n, type));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(MatDestroy(&B[k]));
-    PetscCall(MatDestroy(&H[k]));
-    PetscCall(MatDestroy(&S[k]));
-    PetscCall(MatDestroy(&Kn[k]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < 2; k++) PetscCall(DestroyObjects(&B[k], &H[k], &S[k], &Kn[k]));
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Run(void)
 {
   static PetscReal data[8 * N], more[TRIANGLE_COLUMNS * T];
-  SlipCells rectangles = TwoDippingPlanes(NX, NZ, data), triangles = TrianglesOf(&rectangles, more);
+  SlipCells rectangles = TwoDippingPlanes(NX, NZ, data), triangles = TrianglesOf(&rectangles, more), rakes = triangles;
 
-  PetscFunctionBeginUser;
   rectangles.kernel.type = &SlipKernelDippingVector;
   triangles.kernel.type = &SlipKernelTriangleVector;
   for (int shares = 0; shares < 2; shares++)
     for (int hmat = 0; hmat < 2; hmat++) {
       PetscCall(OfCells(&rectangles, hmat ? "hmat" : "dense", (PetscBool)shares));
       PetscCall(OfCells(&triangles, hmat ? "hmat" : "dense", (PetscBool)shares));
+      PetscCall(OfCells(&rakes, hmat ? "hmat" : "dense", (PetscBool)shares));
     }
   PetscCall(OfGrid(&rectangles.kernel, "dense"));
   PetscCall(OfGrid(&rectangles.kernel, "hmat"));
-  PetscCall(OfGrid(&rectangles.kernel, "fft"));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return OfGrid(&rectangles.kernel, "fft");
 }
 
 SLIP_RANKS(Run)

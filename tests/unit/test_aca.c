@@ -8,7 +8,6 @@ enum { M = 70, N = 50 };
 /* 1 / (distance) of two clusters: as the stiffness, of low rank to any tolerance. */
 static PetscReal Smooth(void *ctx, PetscInt i, PetscInt j)
 {
-  (void)ctx;
   return 1 / (3.0 + (PetscReal)i / M + 2 * (PetscReal)j / N);
 }
 
@@ -32,7 +31,6 @@ static void ApartEntries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt
 /* Blocks of 46,341 rows and columns have more numbers than 32 bits hold. */
 static void largest_rank(void **state)
 {
-  (void)state;
   assert_int_equal(SlipRankMost(7, 5), 2);
   assert_int_equal(SlipRankMost(46341, 46341), 23170);
   assert_int_equal(SlipRankMost(46341, 1 << 30), 46339); /* m - m^2/(m + n) = m - 1.9999 */
@@ -52,7 +50,6 @@ static void test_to_the_tolerance(void **state)
   const SlipEntriesFn functions[] = {SmoothEntries, ApartEntries};
   PetscReal (*const entries[])(void *, PetscInt, PetscInt) = {Smooth, Apart};
 
-  (void)state;
   for (int f = 0; f < 2; f++)
     for (PetscReal tolerance = 1e-2; tolerance > 1e-11; tolerance *= 1e-2) {
       PetscReal *U, *V, error = 0, norm = 0;
@@ -109,7 +106,6 @@ static void TensorEntries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscIn
    rank where components see each other; four more are for the end, which is confirmed in four rows. */
 static void test_tuples(void **state)
 {
-  (void)state;
   for (int f = 0; f < 4; f++)
     for (PetscReal tolerance = 1e-2; tolerance > 1e-11; tolerance *= 1e-2) {
       Tensor t = {.rows = f % 2 ? 1 : 2, .apart = (PetscBool)(f > 1)};
@@ -148,7 +144,6 @@ static void test_split(void **state)
   PetscInt terms;
   PetscBool found;
 
-  (void)state;
   SmoothEntries(NULL, 0, M, 0, N, A);
   ok(PetscArraycpy(rest, A, M * N));
   SlipCrossSplit(M, N, 1e-4, 9, rest, &terms, U, V, &found);

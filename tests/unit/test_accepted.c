@@ -17,7 +17,6 @@ static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], voi
   const Belt *b = (const Belt *)ctx;
   const PetscReal *u = w + b->n;
 
-  (void)t;
   for (PetscInt i = 0; i < b->n; i++) {
     F[i] = -b->k * u[i];
     if (i > 0) F[i] -= b->kc * (u[i] - u[i - 1]);
@@ -32,7 +31,6 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   const Belt *b = (const Belt *)ctx;
   const PetscInt n = b->n, m = 2 * n;
 
-  (void)t, (void)w;
   for (PetscInt i = 0; i < n; i++) {
     J[i * m + n + i] = -b->k - b->kc * ((i > 0) + (i + 1 < n));
     if (i > 0) J[i * m + n + i - 1] = b->kc;
@@ -46,7 +44,6 @@ static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], Pet
 {
   const Belt *b = (const Belt *)ctx;
 
-  (void)t;
   for (PetscInt i = 0; i < b->n; i++) {
     const PetscReal x = PetscAbsReal(w[i]) / b->v0;
     const PetscReal f = b->hyperbolic ? 1 / (1 + x) : PetscExpReal(-x);
@@ -68,17 +65,15 @@ static PetscErrorCode See(TS ts, const SlipAttempt *a, Vec w, void *ctx)
   Seen *s = (Seen *)ctx;
   PetscScalar v;
 
-  PetscFunctionBegin;
-  (void)ts;
   s->attempts++;
-  if (!a->accepted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!a->accepted) return PETSC_SUCCESS;
   s->accepted++;
   s->largest = PetscMax(s->largest, a->error);
   s->above += a->error > 2;
   PetscCall(VecGetValues(w, 1, (PetscInt[]){0}, &v));
   s->sticks += v == 0 && !s->stuck;
   s->stuck = v == 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A run; the place of the first block at its end */
@@ -96,8 +91,7 @@ static Seen Run(const Belt *belt, const char controller[], PetscReal tolerance)
 
   ok(VecCreateSeq(PETSC_COMM_SELF, 2 * belt->n, &w));
   for (PetscInt i = 0; i < belt->n; i++) ok(VecSetValue(w, belt->n + i, 1e-3 * (PetscReal)(i * i), INSERT_VALUES));
-  ok(VecAssemblyBegin(w));
-  ok(VecAssemblyEnd(w));
+  ok(VecAssemble(w));
   ok(SlipConstraintCreateSmall(&small, &con));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));
@@ -131,7 +125,6 @@ static void test_accepted_errors(void **state)
                      {"pi:elementary", 1.954}, {"pi:PI33", 1.954},   {"pi:PI34", 1.954},       {"pi:PI42", 1.954},
                      {"pi:H211PI", 1.954},     {"pi:H211b2", 1.954}, {"pi:fault_history", 226}};
 
-  (void)state;
   for (size_t b = 0; b < PETSC_STATIC_ARRAY_LENGTH(belts); b++) {
     const Seen exact = Run(&belts[b], "dsp", TOLERANCE / 1000);
 

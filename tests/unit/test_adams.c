@@ -14,7 +14,6 @@ static void weights(void **state)
                                               {0, -0.3, -2, -2.5, -4, -4.4, -7, -7.7, -9, -9.1},
                                               {1, 0, -1e5, -1.1e5, -1.3e5, -2e5, -3e5, -4e5, -5e5, -6e5}};
 
-  (void)state;
   for (size_t s = 0; s < 3; s++)
     for (PetscInt n = 1; n <= SLIP_ADAMS_NODES; n++) {
       PetscReal w[SLIP_ADAMS_NODES];
@@ -37,10 +36,9 @@ static void End(TS ts, Vec u, PetscReal x[2])
   const PetscScalar *a;
 
   ok(TSSolve(ts, u));
-  ok(VecGetArrayRead(u, &a));
+  a = VecRead(u);
   x[0] = a[0];
   x[1] = a[1];
-  ok(VecRestoreArrayRead(u, &a));
 }
 
 /* By an eighth order pair at its tightest */
@@ -62,7 +60,6 @@ static void order(void **state)
 {
   PetscReal exact[2];
 
-  (void)state;
   Exact(exact);
   for (PetscInt max = 1; max <= 2; max++) {
     PetscReal error[2], x[2];
@@ -106,7 +103,6 @@ static void adaptive(void **state)
 {
   PetscReal exact[2], before = 1;
 
-  (void)state;
   Exact(exact);
   for (PetscReal tolerance = 1e-3; tolerance > 1e-11; tolerance *= 0.1) {
     PetscInt n, other;
@@ -129,29 +125,24 @@ static PetscErrorCode Look(TS ts, PetscInt step, PetscReal t, Vec u, void *ctx)
   PetscReal before, kept[3];
   Vec x;
 
-  PetscFunctionBeginUser;
-  (void)ctx;
-  if (step < 8 || t > END - 1e-9) PetscFunctionReturn(0);
+  if (step < 8 || t > END - 1e-9) return PETSC_SUCCESS;
   PetscCall(TSGetPrevTime(ts, &before));
   PetscCall(VecDuplicate(u, &x));
   for (int k = 0; k < 3; k++) {
     const PetscScalar *a;
 
     PetscCall(TSInterpolate(ts, before + 0.5 * k * (t - before), x));
-    PetscCall(VecGetArrayRead(x, &a));
+    a = VecRead(x);
     kept[k] = a[0] - log(a[0]) + a[1] - log(a[1]);
-    PetscCall(VecRestoreArrayRead(x, &a));
   }
   worst = PetscMax(worst, fabs(kept[1] - 0.5 * (kept[0] + kept[2])));
-  PetscCall(VecDestroy(&x));
-  PetscFunctionReturn(0);
+  return VecDestroy(&x);
 }
 
 static void interpolation(void **state)
 {
   PetscReal error[2], x[2];
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     TS ts;
     Vec u;
@@ -174,32 +165,24 @@ static PetscInt refuse_at;
 
 static PetscErrorCode Fall(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecCopy(y, f));
-  PetscCall(VecScale(f, -1));
-  PetscFunctionReturn(0);
+  return VecScale(f, -1);
 }
 
 static PetscErrorCode FallJacobian(TS ts, PetscReal t, Vec y, Mat A, Mat B, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)t, (void)y, (void)A, (void)ctx;
   PetscCall(MatZeroEntries(B));
-  PetscCall(MatShift(B, -1));
-  PetscFunctionReturn(0);
+  return MatShift(B, -1);
 }
 
 static PetscErrorCode Inside(TS ts, PetscReal t, Vec y, PetscBool *inside)
 {
   PetscInt step;
 
-  PetscFunctionBeginUser;
-  (void)t, (void)y;
   PetscCall(TSGetStepNumber(ts, &step));
   *inside = step == refuse_at ? PETSC_FALSE : PETSC_TRUE;
   if (!*inside) refuse_at = -1;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static void MakeScalar(TS *ts, Vec *y, const char type[], const char adapt[], TSRHSFunction rate, PetscReal dt,
@@ -222,13 +205,11 @@ static PetscReal value[16], when[16];
 
 static PetscErrorCode Keep(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
   if (step < 16) {
     PetscCall(VecMax(y, NULL, &value[step]));
     when[step] = t;
   }
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* An attempt that leaves the domain is followed by one of a quarter of its step (PETSc's scale for solves that failed)
@@ -241,7 +222,6 @@ static void begins_anew(void **state)
   TS ts;
   Vec y;
 
-  (void)state;
   MakeScalar(&ts, &y, TSADAMS, TSADAPTNONE, Fall, 0.1, 1);
   ok(VecSet(y, 1));
   ok(TSSetFunctionDomainError(ts, Inside));
@@ -268,22 +248,17 @@ static PetscErrorCode Edge(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   PetscScalar a;
 
-  PetscFunctionBeginUser;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecGetValues(y, 1, (const PetscInt[]){0}, &a));
-  PetscCall(VecSet(f, a < 1 ? 2 - a : NAN));
-  PetscFunctionReturn(0);
+  return VecSet(f, a < 1 ? 2 - a : NAN);
 }
 
 static PetscErrorCode IsNumber(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
 {
   PetscReal a;
 
-  PetscFunctionBeginUser;
-  (void)ts, (void)step, (void)t, (void)ctx;
   PetscCall(VecSum(y, &a));
   assert_true(isfinite(a));
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* States that are no numbers are refused under every controller, and where no shorter step helps the run ends and names
@@ -293,7 +268,6 @@ static void numbers_only(void **state)
 {
   const char *const adapts[] = {TSADAPTNONE, TSADAPTBASIC, TSADAPTDSP, TSADAPTPI, TSADAPTHEURISTIC};
 
-  (void)state;
   for (int k = 0; k < 10; k++) {
     TS ts;
     Vec y;
@@ -320,10 +294,8 @@ static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 {
   const PetscReal at = *(const PetscReal *)ctx;
 
-  PetscFunctionBeginUser;
-  (void)ts;
   *next = t < at ? at : PETSC_MAX_REAL;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static void corner(void **state)
@@ -333,7 +305,6 @@ static void corner(void **state)
   const PetscReal want[] = {0, 0.25, 0.375, 0.625, 0.875, 1.125, 1.375};
   const char *const types[] = {TSADAMS, TSBATHE};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     PetscInt steps;
     TS ts;
@@ -358,10 +329,8 @@ static void corner(void **state)
    corrected once, constant steps stay. */
 static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)w, (void)ctx;
   *rate = 100;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static void bounded(void **state)
@@ -369,7 +338,6 @@ static void bounded(void **state)
   static const SlipProblemOps problem = {.relaxation = Relaxes};
   const char *const adapts[] = {TSADAPTBASIC, TSADAPTPI, TSADAPTNONE};
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-ts_adams_max_corrections", "1"));
   for (int k = 0; k < 3; k++) {
     TS ts;
@@ -397,15 +365,11 @@ static PetscErrorCode Follow(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
   const PetscScalar *x;
   PetscScalar *r;
 
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
   evaluations++;
-  PetscCall(VecGetArrayRead(u, &x));
+  x = VecRead(u);
   PetscCall(VecGetArrayWrite(f, &r));
   for (int i = 0; i < 8; i++) r[i] = cos(t) - 100.0 / (1 << i) * (x[i] - sin(t));
-  PetscCall(VecRestoreArrayWrite(f, &r));
-  PetscCall(VecRestoreArrayRead(u, &x));
-  PetscFunctionReturn(0);
+  return VecRestoreArrayWrite(f, &r);
 }
 
 static void CorrectedBy(const char adapt[])
@@ -435,9 +399,8 @@ static void CorrectedBy(const char adapt[])
     evaluations = 0;
     ok(TSSolve(ts, u));
     n[k] = evaluations;
-    ok(VecGetArrayRead(u, &x));
+    x = VecRead(u);
     for (int i = 0; i < 8; i++) assert_true(fabs(x[i] - sin(20)) < 1e-2);
-    ok(VecRestoreArrayRead(u, &x));
     ObjectsDestroy(&ts, &u);
   }
   ok(PetscOptionsClearValue(NULL, "-ts_adams_max_corrections"));
@@ -447,7 +410,6 @@ static void CorrectedBy(const char adapt[])
 
 static void corrected(void **state)
 {
-  (void)state;
   CorrectedBy(TSADAPTBASIC);
   CorrectedBy(TSADAPTPI);
 }
@@ -458,7 +420,6 @@ static void late(void **state)
 {
   PetscInt steps[2];
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     const PetscReal start = k ? 1e10 : 0; /* rounded to 1.9e-6 */
     PetscReal x[2];
@@ -480,7 +441,6 @@ static void refuses(void **state)
 {
   TS ts;
 
-  (void)state;
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSADAMS));
   fails(TSAdamsSetMaxOrder(ts, 0), "-ts_adams_max_order is 0");

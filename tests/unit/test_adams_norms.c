@@ -15,16 +15,13 @@ static PetscErrorCode ChooseByNorms(TSAdapt adapt, TS ts, PetscReal h, PetscInt 
   PetscReal norm, absolute, relative, ours;
   Vec y, f, star;
 
-  PetscFunctionBeginUser;
-  (void)adapt;
   *accept = PETSC_TRUE;
   *next_h = h;
   *next_sc = 0;
   *wlte = *wltea = *wlter = -1;
-  if (ts->steps) PetscFunctionReturn(0);
+  if (ts->steps) return PETSC_SUCCESS;
   PetscCall(VecDuplicate(ts->vec_sol, &y));
-  PetscCall(VecDuplicate(y, &f));
-  PetscCall(VecDuplicate(y, &star));
+  PetscCall(DuplicateVecs(y, &f, &star));
   PetscCall(VecSetValues(y, 2, (const PetscInt[]){0, 1}, (const PetscScalar[]){2, 0.5}, INSERT_VALUES));
   PetscCall(Rate(ts, 0, y, f, NULL));
   PetscCall(VecAXPY(y, h, f));
@@ -36,17 +33,13 @@ static PetscErrorCode ChooseByNorms(TSAdapt adapt, TS ts, PetscReal h, PetscInt 
     PetscCall(TSEvaluateWLTE(ts, types[k], NULL, &ours));
     norm_error = PetscMax(norm_error, PetscAbsReal(ours / norm - 1));
   }
-  PetscCall(VecDestroy(&y));
-  PetscCall(VecDestroy(&f));
-  PetscCall(VecDestroy(&star));
-  PetscFunctionReturn(0);
+  return DestroyObjects(&y, &f, &star);
 }
 
 static PetscErrorCode CreateByNorms(TSAdapt adapt)
 {
-  PetscFunctionBeginUser;
   adapt->ops->choose = ChooseByNorms;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Numbers and vectors of tolerances, with and without relative ones, and an entry without any */
@@ -55,7 +48,6 @@ static void norms(void **state)
   const PetscScalar absolute[][2] = {{1e-6, 3e-5}, {1e-6, 3e-5}, {1e-6, 0}};
   const PetscScalar relative[][2] = {{0, 0}, {1e-3, 1e-5}, {0, 0}};
 
-  (void)state;
   ok(TSAdaptRegister("norms", CreateByNorms));
   for (int k = -1; k < 3; k++) {
     Vec u, tolerance[2] = {NULL, NULL};

@@ -5,7 +5,6 @@ static void heuristic(void **state)
 {
   TS ts = start(TSADAPTHEURISTIC, "", 0.1);
 
-  (void)state;
   ok(TSSetFromOptions(ts));
   ok(run(ts, 8, heuristic_error));
   tried(heuristic_h);
@@ -19,7 +18,6 @@ static void heuristic_again(void **state)
   const PetscReal error[] = {8, 8, 8, 1, 8, 1}, h[] = {0.1, 0.05, 0.0225, 0.010125, 0.010125, 0.0050625};
   TS ts = start(TSADAPTHEURISTIC, "", 0.1);
 
-  (void)state;
   ok(run(ts, 6, error));
   tried(h);
   accepted("rrrara");
@@ -36,7 +34,6 @@ static void heuristic_options(void **state)
                 "-ts_adapt_dt_max 0.25 -ts_adapt_dt_min 0.01",
                 0.1);
 
-  (void)state;
   script.order = 1;
   ok(TSSetFromOptions(ts));
   ok(run(ts, 4, error));
@@ -58,7 +55,6 @@ static void pi_filter(void **state)
   TS ts = start(TSADAPTPI, "-ts_adapt_pi_filter H211b2", 0.1);
   PetscReal h[5] = {0.1};
 
-  (void)state;
   ok(TSSetFromOptions(ts));
   ok(run(ts, 5, error));
   h[1] = h[0] * pow(1.5, -1.0 / 6); /* history at the start: 1 */
@@ -78,7 +74,6 @@ static void pi_cap(void **state)
   PetscReal h[4] = {0.1, 0.12};
   TS ts = start(TSADAPTPI, "", 0.1);
 
-  (void)state;
   ok(TSSetFromOptions(ts));
   ok(run(ts, 4, error));
   h[2] = PetscMin(1.2, pow(pow(1.2, -12), -1.0 / 12) / pow(1.2, 0.25)) * h[1];
@@ -99,7 +94,6 @@ static void pi_named(void **state)
   const SlipFilter f = SlipFilters[SLIP_NUM_FILTERS - 1];
   PetscReal h[4] = {0.1};
 
-  (void)state;
   for (int limited = 0; limited < 2; limited++) {
     TS ts = start(TSADAPTPI,
                   limited ? "-ts_adapt_pi_filter fault_history -ts_adapt_pi_ratio_max 5"
@@ -130,7 +124,6 @@ static void options_of_all(void **state)
   TSAdapt adapt;
   TS ts;
 
-  (void)state;
   for (int pi = 0; pi < 2; pi++) {
     const char *own = pi ? "-ts_adapt_pi_filter elementary -ts_adapt_pi_ratio_max 4" : "-ts_adapt_heuristic_growth 4";
 
@@ -157,7 +150,6 @@ static void after_dsp(void **state)
   PetscReal alone[2], after[2];
   TSAdapt adapt;
 
-  (void)state;
   ok(TSAdaptCreate(PETSC_COMM_SELF, &adapt));
   ok(TSAdaptSetType(adapt, TSADAPTBASIC));
   ok(TSAdaptGetSafety(adapt, &alone[0], &alone[1]));
@@ -173,18 +165,13 @@ static void after_dsp(void **state)
 
 static PetscErrorCode Root(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  const PetscReal *a;
+  const PetscReal *a = VecRead(y);
   PetscReal *b;
 
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
-  PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   b[0] = -PetscSqrtReal(a[0]);
   b[1] = -a[1];
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArrayWrite(f, &b);
 }
 
 /* A state without a rate is no state that a step may end in, also where the largest error counts, in which PETSc
@@ -193,7 +180,6 @@ static void no_number(void **state)
 {
   const char *const types[] = {TSADAPTPI, TSADAPTHEURISTIC};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     TSAdapt adapt;
     Vec y;
@@ -211,8 +197,7 @@ static void no_number(void **state)
     ok(TSAdaptSetType(adapt, types[k]));
     ok(SlipAdaptSetNorm(adapt, NORM_INFINITY));
     fails(TSSolve(ts, y), "is not a number");
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&y));
+    ObjectsDestroy(&ts, &y);
   }
 }
 

@@ -40,7 +40,6 @@ static void rl_observations(void **state)
   PetscReal h[4];
   TSAdapt adapt;
 
-  (void)state;
   ok(TSGetAdapt(ts, &adapt));
   ok(TSAdaptRLSetPolicy(adapt, p));
   ok(TSAdaptRLGetPolicy(adapt, &q));
@@ -65,7 +64,6 @@ static void rl_fallbacks(void **state)
   const PetscReal w[] = {0.1, 0.2, 0.3, 0.4, 0.5}, error[] = {-1, -1};
   PetscReal h[2], base = 0.2 * (-1.0 / 3) / 4 + 0.3;
 
-  (void)state;
   for (int own = 0; own < 2; own++) {
     SlipPolicy p = policy(5, names, w, 0);
     TS ts = start(TSADAPTRL, "", 77);
@@ -90,7 +88,6 @@ static void rl_guard_rail(void **state)
   SlipPolicy p = policy(1, names, w, 0);
   TS ts = start(TSADAPTRL, "", 77);
 
-  (void)state;
   script.energy = 1;
   choose_by(ts, p);
   ok(run(ts, 9, error));
@@ -109,7 +106,6 @@ static void rl_ceiling(void **state)
   SlipPolicy p = policy(1, names, w, 0);
   TS ts = start(TSADAPTRL, "-ts_adapt_rl_error_ceiling 100", 77);
 
-  (void)state;
   choose_by(ts, p);
   ok(TSSetFromOptions(ts));
   ok(run(ts, 5, error));
@@ -128,15 +124,13 @@ static struct {
 static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
                             PetscBool guarded, PetscReal *h, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)adapt, (void)ts, (void)n;
   seen.guarded += guarded;
   seen.without_last += !last;
   memcpy(seen.obs[seen.calls], obs, sizeof(seen.obs[0]));
   seen.converged[seen.calls] = last ? last->converged : PETSC_FALSE;
   seen.accepted[seen.calls] = last ? last->accepted : PETSC_FALSE;
   *h = *(PetscReal *)ctx + seen.calls++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void rl_actor(void **state)
@@ -147,7 +141,6 @@ static void rl_actor(void **state)
   PetscReal base = 1;
   TSAdapt adapt;
 
-  (void)state;
   memset(&seen, 0, sizeof(seen));
   ok(TSGetAdapt(ts, &adapt));
   ok(TSAdaptRLSetActor(adapt, 2, names, 0, 4, Actor, &base));
@@ -177,7 +170,6 @@ static PetscErrorCode keep_printed(FILE *out, const char format[], va_list args)
 {
   const size_t n = strlen(printed.text);
 
-  (void)out;
   vsnprintf(printed.text + n, sizeof(printed.text) - n, format, args);
   printed.lines++;
   return 0;
@@ -193,7 +185,6 @@ static void rl_outside(void **state)
                   narrow[2][3] = {{1, 2, 0}, {3, 2.1, 0}};
   PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     TS ts = start(TSADAPTRL, "", 77);
     SlipPolicy p = policy(3, names, w, 0);
@@ -232,7 +223,6 @@ static void rl_handover(void **state)
                   bounded[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6};
   PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
 
-  (void)state;
   for (int k = 0; k < 5; k++) { /* 3, 4: the bounds of steps go on */
     const PetscBool over = k % 2 ? PETSC_TRUE : PETSC_FALSE;
     TS ts = start(TSADAPTRL,
@@ -279,7 +269,6 @@ static void rl_untrained(void **state)
   const PetscReal w[] = {0}, fixed[] = {5.1, 5.1, 5.1}, growth[] = {0.1, 0.4, 0.08}, small[] = {0, FAIL, 1};
   PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const char *const options[] = {"", "-ts_adapt_rl_strict",
                                    "-ts_adapt_heuristic_growth 4 -ts_adapt_heuristic_failure_factor 0.2"};
@@ -324,7 +313,6 @@ static void rl_relative(void **state)
   SlipPolicy p;
   TS ts = start(TSADAPTRL, "", 2);
 
-  (void)state;
   ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   ok(SlipPolicySetObservations(p, 5, names, one, zero));
   ok(SlipPolicyAddLayer(p, 5, 1, w, &bias, SLIP_ACTIVATION_LINEAR));
@@ -371,7 +359,6 @@ static void rl_numbers(void **state)
   const char *const options[] = {"", "-ts_rtol 0.3 -ts_dt 1.5 -ts_adapt_rl_error_ceiling 2"};
   const PetscReal one = 1, zero = 0, error[] = {1};
 
-  (void)state;
   for (PetscInt given = 0; given < 2; given++) {
     TS ts = start(TSADAPTRL, options[given], 2);
     PetscReal rtol;
@@ -420,7 +407,6 @@ static void rl_errors(void **state)
   const PetscReal w[] = {0, 0}, error[] = {-1, -1};
   TS ts = start(TSADAPTRL, "-ts_adapt_rl_problem weather", 77);
 
-  (void)state;
   ok(TSSetFromOptions(ts));
   fails(run(ts, 1, error), "-ts_adapt_rl_policy <file.h5>");
   for (int k = 0; k < 3; k++) {

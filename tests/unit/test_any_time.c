@@ -33,7 +33,6 @@ static void WriteRecord(void)
 
 static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault, (void)ctx;
   for (PetscInt i = 0; i < n; i++) p[i] = 1e6 * (1 + (PetscReal)i / N) * PetscClipInterval(t / 2e6, 0, 1);
   return PETSC_SUCCESS;
 }
@@ -50,13 +49,10 @@ static SlipFault Fault(int which)
     ok(SlipFaultSetPressureFunction(fault, Pressure, NULL));
   }
   if (which == WEAKENING || which == RATE_STATE) {
-    ok(FaultSetReals(fault, {"injection_pressure", 2e6}, {"injection_diffusivity", 0.5}, {"injection_stop", 5e6}));
     ok(SlipFaultSetString(fault, "injection", "3000,2000"));
+    ok(FaultSetReals(fault, {"injection_pressure", 2e6}, {"injection_diffusivity", 0.5}, {"injection_stop", 5e6}));
   }
-  if (which == RATE_STATE) {
-    ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-    ok(SlipFaultSetString(fault, "pore_pressure", record));
-  }
+  if (which == RATE_STATE) ok(FaultSetStrings(fault, {"friction_law", "rate_and_state"}, {"pore_pressure", record}));
   if (which == FALLING) {
     ok(SlipFaultSetString(fault, "friction_law", "rate_weakening"));
     ok(SlipFaultSetReal(fault, "friction_rate", 0.05)); /* falls by more than inertia and stiffness make swing */
@@ -64,8 +60,8 @@ static SlipFault Fault(int which)
     ok(SlipFaultSetPressureFunction(fault, Pressure, NULL));
   }
   if (which == WEAKENING || which == STRESSED) {
-    ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
     ok(SlipFaultSetString(fault, "initial", "traction"));
+    ok(SlipFaultSetReal(fault, "initial_traction", 1e7));
   }
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultConstraintCreate(fault));
@@ -96,9 +92,8 @@ static PetscInt Put(Vec x, PetscReal out[])
   PetscInt n;
 
   ok(VecGetLocalSize(x, &n));
-  ok(VecGetArrayRead(x, &a));
+  a = VecRead(x);
   memcpy(out, a, (size_t)n * sizeof(*out));
-  ok(VecRestoreArrayRead(x, &a));
   return n;
 }
 
@@ -139,8 +134,7 @@ static PetscInt Rest(SlipFault fault, PetscReal t, Vec w, PetscReal out[])
   PetscReal end = 0, h = 0;
   Vec half, after;
 
-  ok(VecDuplicate(w, &half));
-  ok(VecDuplicate(w, &after));
+  VecsDuplicate(w, &half, &after);
   ok(VecZeroEntries(after));
   if (!fault->friction.law->always_slides) ok(SlipFaultRest(NULL, t, t + 1e9, w, half, after, &end, &h, fault));
   out[0] = end;
@@ -283,26 +277,22 @@ static void Shuffled(int which)
 
 static void weakening(void **state)
 {
-  (void)state;
   Shuffled(WEAKENING);
 }
 
 static void stressed(void **state)
 {
-  (void)state;
   Shuffled(STRESSED);
 }
 
 static void sliding(void **state)
 {
-  (void)state;
   Shuffled(SLIDING);
 }
 
 /* Its strength falls with the slip rate, by less the less normal stress there is: the error's part by instability. */
 static void falling(void **state)
 {
-  (void)state;
   Shuffled(FALLING);
 }
 
@@ -310,7 +300,6 @@ static void rate_and_state(void **state)
 {
   char dir[TEMPDIR_LENGTH];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("times", dir));
   snprintf(record, sizeof(record), "%s/p.h5", dir);
   WriteRecord();

@@ -35,7 +35,6 @@ static const SlipRectangle Pairs[][2] = {
    of terms that may cancel). */
 static void test_against_quadrature(void **state)
 {
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++)
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Pairs); i++)
       for (int full = 0; full < 2; full++) {
@@ -57,7 +56,6 @@ static void test_reciprocity(void **state)
 {
   const SlipRectangle touching[2] = {{0, 0, 2, 1, 4}, {1.5, 0, 1, 2, 1}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++)
     for (int full = 0; full < 2; full++) {
       for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Pairs); i++)
@@ -76,7 +74,6 @@ static void test_parts_add_up(void **state)
   const SlipRectangle whole[2] = {{0, 0, 1, 2, 2}, {2.5, 0, 1.5, 3, 3}};
   SlipRectangle part[2][4];
 
-  (void)state;
   for (int c = 0; c < 2; c++)
     for (int p = 0; p < 4; p++) {
       const SlipRectangle *w = &whole[c];
@@ -97,24 +94,9 @@ static void test_parts_add_up(void **state)
       }
 }
 
-/* Far away slip on a cell is one at a point: stress at the centre, up to the square of side over distance. */
-static void test_far_field(void **state)
-{
-  const SlipRectangle source = {0, 0, 3, 1, 1};
-
-  (void)state;
-  for (PetscReal d = 30; d < 3000; d *= 3) {
-    const SlipRectangle receiver = {d, 0, 3.5, 1, 1};
-    const PetscReal centre = SlipKernelOffset(1, 0.25, d, 0, 3.5, 3, 1, 1, PETSC_FALSE);
-
-    AssertNear(SlipKernelAverage(1, 0.25, &receiver, &source, Core, PETSC_FALSE) / centre, 1, 2 / (d * d));
-  }
-}
-
 /* A core is the gap between two edges which leaves the same stress: what it means, without the formula of the line. */
 static void test_core_is_a_gap(void **state)
 {
-  (void)state;
   for (PetscReal gap = 1e-2; gap > 1e-5; gap *= 0.1) {
     const PetscReal core[2] = {gap, gap};
     const SlipRectangle cell = {0, 0, 3, 1, 1}, beside = {1, 0, 3, 1, 1}, below = {0, 0, 4, 1, 1};
@@ -169,7 +151,6 @@ static void test_crack_fixes_the_cores(void **state)
 {
   PetscReal middle[2], area[2], same;
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
     area[0] = CrackError(20, Ratios[k], SLIP_CORE_BORDER, &middle[0]);
     area[1] = CrackError(40, Ratios[k], SLIP_CORE_BORDER, &middle[1]);
@@ -203,11 +184,10 @@ static void test_waves_fix_the_inner_core(void **state)
 {
   const PetscReal coarse = WaveError(SLIP_CORE_INNER, 20), fine = WaveError(SLIP_CORE_INNER, 40);
 
-  (void)state;
   assert_true(PetscAbsReal(coarse) < 1e-2);
   AssertNear(fine / coarse, 0.25, 0.02);
   AssertNear(WaveError(SLIP_CORE_CELL, 40), 0.0185 + fine, 1e-3);
 }
 
-SLIP_TESTS(test_against_quadrature, test_reciprocity, test_parts_add_up, test_far_field, test_core_is_a_gap,
+SLIP_TESTS(test_against_quadrature, test_reciprocity, test_parts_add_up, test_core_is_a_gap,
            test_waves_fix_the_inner_core, test_crack_fixes_the_cores)

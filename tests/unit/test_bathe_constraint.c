@@ -9,7 +9,6 @@ static const PetscReal mass = 2.0, eta = 0.6, stiffness = 5.0, load = 3.0, stren
 
 static PetscReal entry(PetscInt i, PetscInt j, PetscInt n)
 {
-  (void)i, (void)j, (void)n;
   return stiffness;
 }
 
@@ -41,7 +40,6 @@ static PetscReal Value(Vec w, PetscInt i)
    is large and of the other sign for the implicit one here, so it shows its order at small steps only. */
 static void test_order_while_sliding(void **state)
 {
-  (void)state;
   for (int k = 0; k < 2; k++) {
     PetscReal error[2];
 
@@ -85,7 +83,6 @@ static void test_closed_form(void **state)
 {
   PetscReal error[2];
 
-  (void)state;
   for (int i = 0; i < 2; i++) {
     Sliders p;
     Vec w, r;
@@ -119,7 +116,6 @@ static void test_adaptive_arrest(void **state)
 {
   const TSBatheError kinds[] = {TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     Sliders p;
     Vec w;
@@ -160,7 +156,6 @@ static void test_rollback_restores_reaction(void **state)
   TS ts;
   PetscBool same;
 
-  (void)state;
   Setup(&p, &w);
   p.mud = 0.4;
   p.dmu = 0.6;
@@ -198,21 +193,16 @@ static PetscErrorCode Watch(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Log *log = (Log *)ctx;
 
-  PetscFunctionBegin;
-  (void)ts;
   log->calls++;
   log->residual = attempt->residual;
   log->next = attempt->dt;
-  PetscCall(VecGetValues(w, 1, (PetscInt[]){0}, &log->v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecGetValues(w, 1, (PetscInt[]){0}, &log->v);
 }
 
 static PetscErrorCode Third(TSAdapt adapt, TS ts, PetscReal h, PetscReal *next)
 {
-  PetscFunctionBegin;
-  (void)adapt, (void)ts;
   *next = h / 3.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void test_failure(void **state)
@@ -225,7 +215,6 @@ static void test_failure(void **state)
   Log log = {0};
   PetscErrorCode ierr;
 
-  (void)state;
   Setup(&p, &w);
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));
@@ -265,7 +254,6 @@ static void test_wrong_snes_is_refused(void **state)
   Vec w;
   PetscErrorCode ierr;
 
-  (void)state;
   Setup(&p, &w);
   ok(PetscOptionsSetValue(NULL, "-snes_type", "newtonls"));
   ierr = SlidersSolve(&p, TSBATHE_REACTION_TRAPEZOIDAL, 1.0, 4, w, NULL);
@@ -315,7 +303,6 @@ static void indefinite_start(const char *direct_max)
 
 static void test_indefinite_start(void **state)
 {
-  (void)state;
   indefinite_start("350");
   indefinite_start("0"); /* Krylov */
 }

@@ -6,7 +6,6 @@ static const PetscReal G = 30e9, rho = 2500.0, L = 3000.0, sigma = 15e3 * 1500.0
 
 static PetscReal stiffness(PetscInt i, PetscInt j, PetscInt n)
 {
-  (void)i, (void)j, (void)n;
   return G / L;
 }
 
@@ -15,7 +14,6 @@ static PetscErrorCode FaultCreate(Sliders *p, Vec *w)
 {
   const PetscReal K = G / L, M = rho * L, zeta = 0.8 / 3.0;
 
-  PetscFunctionBegin;
   PetscCall(SlidersCreate(PETSC_COMM_SELF, 1, stiffness, M, 2.0 * zeta * PetscSqrtReal(M * K), p));
   p->mud = 0.5;
   p->dmu = 0.1;
@@ -23,9 +21,7 @@ static PetscErrorCode FaultCreate(Sliders *p, Vec *w)
   PetscCall(VecSet(p->bound, sigma));
   PetscCall(SlidersCreateState(p, w));
   PetscCall(VecSetValue(*w, 1, -(1.0 + 1e-5) * 0.6 * sigma / K, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(*w));
-  PetscCall(VecAssemblyEnd(*w));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAssemble(*w);
 }
 
 /* Final slip with constant steps */
@@ -34,13 +30,11 @@ static PetscErrorCode FinalSlip(TSBatheReactionType reaction, PetscInt steps, Pe
   Sliders p;
   Vec w;
 
-  PetscFunctionBegin;
   PetscCall(FaultCreate(&p, &w));
   PetscCall(SlidersSolve(&p, reaction, tmax, steps, w, NULL));
   PetscCall(VecGetValues(w, 1, (const PetscInt[]){2}, slip));
   PetscCall(VecDestroy(&w));
-  PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlidersDestroy(&p);
 }
 
 /* Reference: classical RK4 of the sliding phase, from rest until the velocity returns to zero, 2e5 steps. The start is
@@ -81,7 +75,6 @@ static void check(TSBatheReactionType reaction, PetscInt steps, double percent, 
    error */
 static void test_errors_of_final_slip(void **state)
 {
-  (void)state;
   check(TSBATHE_REACTION_IMPLICIT, 20, 11.3, 0.051);
   check(TSBATHE_REACTION_IMPLICIT, 100, 1.54, 0.0051);
   check(TSBATHE_REACTION_TRAPEZOIDAL, 20, 1.44, 0.0051);
@@ -122,12 +115,10 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
 {
   PetscScalar v;
 
-  PetscFunctionBegin;
-  (void)ts;
   PetscCall(VecGetValues(w, 1, (const PetscInt[]){0}, &v));
   *(PetscReal *)ctx = PetscMax(*(PetscReal *)ctx, PetscAbsReal(v - rates[step]) / PetscMax(rates[step], 1e-6));
   PetscCheck(PetscAbsReal(t - times[step]) < 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER, "time %g", (double)t);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Replay(const char *snes, PetscReal *worst, PetscReal *slip)
@@ -137,7 +128,6 @@ static PetscErrorCode Replay(const char *snes, PetscReal *worst, PetscReal *slip
   TS ts;
   TSAdapt adapt;
 
-  PetscFunctionBegin;
   *worst = 0.0;
   PetscCall(FaultCreate(&p, &w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
@@ -159,10 +149,8 @@ static PetscErrorCode Replay(const char *snes, PetscReal *worst, PetscReal *slip
   PetscCall(TSMonitorSet(ts, Compare, worst, NULL));
   PetscCall(TSSolve(ts, w));
   PetscCall(VecGetValues(w, 1, (const PetscInt[]){2}, slip));
-  PetscCall(TSDestroy(&ts));
-  PetscCall(VecDestroy(&w));
-  PetscCall(SlidersDestroy(&p));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DestroyObjects(&ts, &w));
+  return SlidersDestroy(&p);
 }
 
 /* 1e-3 relative is what the published numbers are asked to be met to; their solver's own tolerance limits them */
@@ -170,7 +158,6 @@ static void test_published_rollout(void **state)
 {
   const char *const types[] = {SNESSEMISMOOTH, SNESPROJECTION};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     PetscReal worst, slip;
 

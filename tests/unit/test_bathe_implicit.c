@@ -13,7 +13,6 @@ typedef struct {
 /* u'^3 + u' + u^3 + u = 0 has u' = -u */
 static void Cubic(PetscReal t, const PetscScalar *y, const PetscScalar *yd, PetscScalar *f)
 {
-  (void)t;
   f[0] = yd[0] * yd[0] * yd[0] + yd[0] + y[0] * y[0] * y[0] + y[0];
 }
 
@@ -26,14 +25,12 @@ static void Mass(PetscReal t, const PetscScalar *y, const PetscScalar *yd, Petsc
 /* M(u) u' + u (1 + u) = 0, M = 1 + u: u' = -u */
 static void MassOfState(PetscReal t, const PetscScalar *y, const PetscScalar *yd, PetscScalar *f)
 {
-  (void)t;
   f[0] = (1 + y[0]) * yd[0] + y[0] * (1 + y[0]);
 }
 
 /* Index 1: u' = -z^2, 0 = z^3 - u z^2 + (z - u), so that z = u: u = 1 / (1 + t) */
 static void Algebraic(PetscReal t, const PetscScalar *y, const PetscScalar *yd, PetscScalar *f)
 {
-  (void)t;
   f[0] = yd[0] + y[1] * y[1];
   f[1] = (y[1] - y[0]) * (1 + y[1] * y[1]);
 }
@@ -47,19 +44,13 @@ static void OffBalance(PetscReal t, const PetscScalar *y, const PetscScalar *yd,
 
 static PetscErrorCode ImplicitForm(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void *ctx)
 {
-  const PetscScalar *a, *b;
+  const PetscScalar *a = VecRead(y), *b;
   PetscScalar *f;
 
-  PetscFunctionBegin;
-  (void)ts;
-  PetscCall(VecGetArrayRead(y, &a));
-  PetscCall(VecGetArrayRead(ydot, &b));
+  b = VecRead(ydot);
   PetscCall(VecGetArray(F, &f));
   (*((const Implicit *)ctx)->f)(t, a, b, f);
-  PetscCall(VecRestoreArray(F, &f));
-  PetscCall(VecRestoreArrayRead(ydot, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(F, &f);
 }
 
 /* No Jacobian is given: differences of the stage's residual. */
@@ -71,8 +62,7 @@ static TS CreateImplicit(const Implicit *form, PetscReal h, Vec *y)
 
   ok(VecCreateSeq(PETSC_COMM_SELF, form->n, y));
   for (PetscInt i = 0; i < form->n; i++) ok(VecSetValue(*y, i, form->start[i], INSERT_VALUES));
-  ok(VecAssemblyBegin(*y));
-  ok(VecAssemblyEnd(*y));
+  ok(VecAssemble(*y));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));
   ok(TSSetIFunction(ts, NULL, ImplicitForm, (void *)form));
@@ -97,7 +87,6 @@ static void test_implicit_forms(void **state)
                             {2, (PetscReal)1 / 3, 2, {1, 1}, Algebraic},
                             {2, 0.5 * (PetscCosReal(2) + PetscSinReal(2) + PetscExpReal(-2)), 2, {1, 7}, OffBalance}};
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(forms); i++) {
     PetscReal error[2];
 
@@ -130,7 +119,6 @@ static void test_first_stage_chosen(void **state)
   Vec y;
   TS ts = CreateImplicit(&form, 0.1, &y);
 
-  (void)state;
   ok(TSBatheSetFirstStage(ts, TSBATHE_STAGE_TRAPEZOIDAL));
   ok(TSSetSolution(ts, y));
   ok(TSSetUp(ts));
@@ -142,7 +130,6 @@ static void test_first_stage_chosen(void **state)
 /* u' + u = 0 whose u' is known to 1e-4 only: no solve's residual gets below some 5e-5, whatever the step */
 static void Coarse(PetscReal t, const PetscScalar *y, const PetscScalar *yd, PetscScalar *f)
 {
-  (void)t;
   f[0] = 1e-4 * round(yd[0] / 1e-4) + y[0];
 }
 
@@ -154,7 +141,6 @@ static void test_floor_of_the_solver(void **state)
   SNES snes;
   char *told;
 
-  (void)state;
   ok(TSGetSNES(ts, &snes));
   ok(SlipWarningsTake(&told));
   ok(PetscFree(told));

@@ -10,43 +10,31 @@ static void Exact(PetscReal t, PetscReal y[2])
 
 static PetscErrorCode RHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
   PetscScalar *b;
 
-  PetscFunctionBegin;
-  (void)ts, (void)ctx;
-  PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArray(f, &b));
   b[0] = -2.0 * t * a[0] * a[0];
   b[1] = PetscCosReal(t) + (a[1] - PetscSinReal(t)) * a[0];
-  PetscCall(VecRestoreArray(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(f, &b);
 }
 
 static PetscErrorCode RHSJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
   PetscScalar v[4];
 
-  PetscFunctionBegin;
-  (void)ts, (void)J, (void)ctx;
-  PetscCall(VecGetArrayRead(y, &a));
   v[0] = -4.0 * t * a[0];
   v[1] = 0.0;
   v[2] = a[1] - PetscSinReal(t);
   v[3] = a[0];
-  PetscCall(VecRestoreArrayRead(y, &a));
   PetscCall(MatSetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return MatAssemble(P);
 }
 
 /* The same with a mass matrix: diag(2, 3) (y' - f) = 0 */
 static PetscErrorCode IFunction(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void *ctx)
 {
-  PetscFunctionBegin;
   PetscCall(RHS(ts, t, y, F, ctx));
   PetscCall(VecAYPX(F, -1.0, ydot));
   PetscCall(VecSetValues(F, 0, NULL, NULL, INSERT_VALUES));
@@ -58,13 +46,11 @@ static PetscErrorCode IFunction(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void
     f[1] *= 3.0;
     PetscCall(VecRestoreArray(F, &f));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode IJacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal a, Mat J, Mat P, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ydot;
   PetscCall(RHSJacobian(ts, t, y, J, P, ctx));
   PetscCall(MatScale(P, -1.0));
   PetscCall(MatShift(P, a));
@@ -78,10 +64,9 @@ static PetscErrorCode IJacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal a
     v[2] *= 3.0;
     v[3] *= 3.0;
     PetscCall(MatSetValues(P, 2, (PetscInt[]){0, 1}, 2, (PetscInt[]){0, 1}, v, INSERT_VALUES));
-    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemble(P));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A TS for the problem above with constant steps, ready to solve */
@@ -95,8 +80,7 @@ static TS Create(PetscBool implicit, PetscReal gamma, PetscReal h, PetscReal tma
   Exact(0.5, y0);
   ok(VecCreateSeq(PETSC_COMM_SELF, 2, y));
   ok(VecSetValues(*y, 2, (PetscInt[]){0, 1}, y0, INSERT_VALUES));
-  ok(VecAssemblyBegin(*y));
-  ok(VecAssemblyEnd(*y));
+  ok(VecAssemble(*y));
   ok(MatCreateSeqDense(PETSC_COMM_SELF, 2, 2, NULL, &J));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSBATHE));
@@ -128,16 +112,14 @@ static PetscReal Distance(Vec y, PetscReal t)
   PetscReal e[2], d;
 
   Exact(t, e);
-  ok(VecGetArrayRead(y, &a));
+  a = VecRead(y);
   d = PetscMax(PetscAbsReal(a[0] - e[0]), PetscAbsReal(a[1] - e[1]));
-  ok(VecRestoreArrayRead(y, &a));
   return d;
 }
 
 /* Order between two step sizes is 2 + O(h): 0.05 is what halving leaves of the O(h) part here */
 static void test_order_two(void **state)
 {
-  (void)state;
   for (int form = 0; form < 2; form++)
     for (int g = 0; g < 3; g++) { /* 2: both stages backward */
       PetscReal error[2];
@@ -160,7 +142,6 @@ static void test_order_two(void **state)
 /* Estimates of one step against h, h/2: both O(h^3), and each within 20 % of the true local error at the small step */
 static void test_estimates_are_third_order(void **state)
 {
-  (void)state;
   for (int kind = 0; kind < 5; kind++) { /* 4: both stages backward */
     PetscReal wlte[2], truth = 0.0;
     PetscInt order;
@@ -200,7 +181,6 @@ static void test_estimates_are_third_order(void **state)
    part */
 static void test_interpolation(void **state)
 {
-  (void)state;
   for (int kind = 0; kind < 2; kind++)
     for (PetscReal s = 0.2; s < 0.95; s += 0.3) {
       PetscReal error[2];
@@ -227,23 +207,15 @@ static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   PetscScalar a;
 
-  PetscFunctionBegin;
-  (void)ts, (void)ctx;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   PetscCall(VecSetValue(f, 0, -1e6 * (a - PetscCosReal(t)) - PetscSinReal(t), INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(f));
-  PetscCall(VecAssemblyEnd(f));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAssemble(f);
 }
 
 static PetscErrorCode StiffJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)y, (void)J, (void)ctx;
   PetscCall(MatSetValue(P, 0, 0, -1e6, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return MatAssemble(P);
 }
 
 static void test_stiff(void **state)
@@ -254,7 +226,6 @@ static void test_stiff(void **state)
   TSBatheFirstStage first;
   PetscScalar a;
 
-  (void)state;
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
   ok(VecSet(y, 2.0));
   ok(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
@@ -284,7 +255,6 @@ static void test_last_step(void **state)
   Vec y;
   Mat J;
 
-  (void)state;
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, &y));
   ok(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
@@ -320,7 +290,6 @@ static void test_rollback_and_stages(void **state)
   PetscInt n;
   PetscReal t;
 
-  (void)state;
   ok(TSStep(ts));
   VecsDuplicate(y, &start, &end);
   ok(VecCopy(y, start));
@@ -345,23 +314,17 @@ static void test_rollback_and_stages(void **state)
 /* An event where y0 = 1/2 (t = 1); it sets y0 to 1/4, so the step must restart */
 static PetscErrorCode Event(TS ts, PetscReal t, Vec y, PetscScalar f[], void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, f));
   f[0] -= 0.5;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode PostEvent(TS ts, PetscInt n, PetscInt list[], PetscReal t, Vec y, PetscBool forward, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)n, (void)list, (void)forward;
   *(PetscReal *)ctx = t;
   PetscCall(VecSetValue(y, 0, 0.25, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(y));
-  PetscCall(VecAssemblyEnd(y));
-  PetscCall(TSRestartStep(ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecAssemble(y));
+  return TSRestartStep(ts);
 }
 
 /* After the event y0' = -2 t y0^2 with y0(1) = 1/4: y0 = 1/(t^2 + 3). The event is located to the handler's 1e-6 or
@@ -376,7 +339,6 @@ static void test_event_and_restart(void **state)
   PetscScalar a;
   SlipAttempt last;
 
-  (void)state;
   ok(TSSetEventHandler(ts, 1, &direction, &stop, Event, PostEvent, &when));
   ok(TSSetEventTolerances(ts, 1e-10, NULL));
   ok(TSSolve(ts, y));
@@ -396,7 +358,6 @@ static void test_petsc_controllers(void **state)
   const char *const types[] = {TSADAPTNONE, TSADAPTBASIC, TSADAPTDSP, TSADAPTHISTORY};
   const PetscReal times[] = {0.5, 0.6, 0.8, 1.1, 1.3, 1.7, 2.0, 2.5};
 
-  (void)state;
   for (int k = 0; k < 4; k++)
     for (int form = 0; form < 2; form++) {
       Vec y;
@@ -437,31 +398,24 @@ static void test_petsc_controllers(void **state)
 /* Composed hooks of a controller: the first step, and whether it has a use for errors */
 static PetscErrorCode First(TSAdapt adapt, TS ts, PetscReal *h)
 {
-  PetscFunctionBegin;
-  (void)adapt, (void)ts;
   *h = 100.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode NeedsNot(TSAdapt adapt, PetscBool *flg)
 {
-  PetscFunctionBegin;
-  (void)adapt;
   *flg = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode RecordAttempt(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)w;
   *(SlipAttempt *)ctx = *attempt;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void test_controller_hooks(void **state)
 {
-  (void)state;
   for (int needs = 0; needs < 2; needs++) {
     Vec y;
     TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
@@ -491,19 +445,16 @@ static PetscErrorCode CountAttempt(TS ts, const SlipAttempt *attempt, Vec w, voi
 {
   Counted *c = (Counted *)ctx;
 
-  PetscFunctionBegin;
-  (void)ts, (void)attempt, (void)w;
   assert_int_equal(*c->order, c->number);
   *c->order = (*c->order + 1) % 20;
   c->calls++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode CountDestroyed(void **ctx)
 {
-  PetscFunctionBegin;
   ((Counted *)*ctx)->destroyed++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Twenty of them are called in order; one that is set twice is called once; cancelled ones are called no more, and
@@ -516,7 +467,6 @@ static void test_attempt_monitors(void **state)
   Vec y;
   TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
 
-  (void)state;
   for (PetscInt i = 0; i < 20; i++) {
     count[i] = (Counted){.order = &order, .number = i};
     for (int k = 0; k < 2; k++) ok(TSBatheMonitorSet(ts, CountAttempt, &count[i], CountDestroyed));
@@ -547,7 +497,6 @@ static void test_pairs(void **state)
   Vec y;
   TS ts = Create(PETSC_FALSE, 0.5, 0.1, 0.8, &y);
 
-  (void)state;
   ok(TSBatheSetReactionType(ts, TSBATHE_REACTION_IMPLICIT));
   ok(TSBatheGetReactionType(ts, &type));
   ok(TSBatheSetDoublingOrder(ts, 3));

@@ -10,7 +10,6 @@ static void formulas(void **state)
 {
   const PetscReal t[] = {1, 2, 3.5}, far[] = {1, 2, 4.5};
 
-  (void)state;
   /* 1e-4 to 1e-2: halfway in the logarithm is 1e-3; from rest, and from the other side, straight lines */
   assert_true(fabs(SlipEventCrossing(1e-4, 1e-2, 1e-3) - 0.5) < 1e-14);
   assert_true(fabs(SlipEventCrossing(-1e-4, -1e-2, 1e-3) - 0.5) < 1e-14);
@@ -40,23 +39,20 @@ static PetscErrorCode CheckQuadrature(TS ts, const SlipAttempt *attempt, Vec w, 
   SlipFault fault;
   Vec node[3];
 
-  PetscFunctionBegin;
   PetscCall(TSBatheGetConstraint(ts, &con));
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetQuadrature(ts, share, weight, node));
   PetscCheck(share[0] == 0 && share[1] > 0 && share[1] < 1 && share[2] == 1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "shares");
-  for (PetscInt k = 0; k < 3; k++) PetscCall(VecGetArrayRead(node[k], &a[k]));
-  PetscCall(VecGetArrayRead(fault->operators.vinf, &vinf));
+  for (PetscInt k = 0; k < 3; k++) a[k] = VecRead(node[k]);
+  vinf = VecRead(fault->operators.vinf);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal sum = 0;
 
     for (PetscInt k = 0; k < 3; k++) sum += attempt->dt * weight[k] * (a[k][3 * i] - vinf[i]);
     *worst = PetscMax(*worst, fabs(a[2][3 * i + 1] - a[0][3 * i + 1] - sum));
   }
-  PetscCall(VecRestoreArrayRead(fault->operators.vinf, &vinf));
-  for (PetscInt k = 0; k < 3; k++) PetscCall(VecRestoreArrayRead(node[k], &a[k]));
-  (void)w;
-  PetscFunctionReturn(PETSC_SUCCESS);
+
+  return PETSC_SUCCESS;
 }
 
 static PetscReal Quadrature(TSBatheError error, PetscInt steps)
@@ -80,7 +76,6 @@ static void quadrature(void **state)
 {
   const PetscReal coarse = Quadrature(TSBATHE_ERROR_DOUBLING, 40), fine = Quadrature(TSBATHE_ERROR_DOUBLING, 80);
 
-  (void)state;
   assert_true(Quadrature(TSBATHE_ERROR_EMBEDDED, 40) < 1e-15);
   print_message("doubling: %g, %g\n", (double)coarse, (double)fine);
   assert_true(coarse < 1e-6 && fine < coarse / 6); /* the local error of a method of second order goes by 8 */
@@ -155,8 +150,7 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}, {"loading_rate", c.loading}, {"event_rate", c.rate}));
   if (c.thrust) SetThrust(fault);
-  ok(SlipFaultSetString(fault, "friction_law", law));
-  ok(SlipFaultSetString(fault, "catalogue", file));
+  ok(FaultSetStrings(fault, {"friction_law", law}, {"catalogue", file}));
   ok(FaultStart(fault, TSADAPTNONE, c.time / steps, c.time, &w, &ts));
   assert_true(fault->kind.coupled == c.thrust);
   ok(SlipFaultGetObservables(fault, 0, w, NULL, &out.start));
@@ -201,7 +195,6 @@ static void energy_residual(void **state)
                                {1e-3, 4e-3, 30, 4e-6, 8e-3, PETSC_FALSE},
                                {0, 1e-3, 10, 1e-4, 2e-2, PETSC_TRUE}};
 
-  (void)state;
   for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
     const Outcome coarse = Run("exponential_slip_weakening", cases[c], 150);
     const Outcome middle = Run("exponential_slip_weakening", cases[c], 600);
@@ -236,7 +229,6 @@ static void whole_run(void **state)
   const PetscReal area = 9e6, G = 30e9;
   const Outcome o = Run("exponential_slip_weakening", (Case){0, 3e-7, 30, 0, 0, PETSC_FALSE}, 600);
 
-  (void)state;
   assert_int_equal(1, o.events);
   assert_true(fabs(o.row[EVENT_AREA] / area - 1) < 1e-14);
   assert_true(fabs(o.row[EVENT_MEAN_SLIP] / o.final.mean_slip - 1) < 1e-4);
@@ -270,11 +262,10 @@ static Smooth RunSmooth(const char type[], const char pair[], PetscReal toleranc
   assert_int_equal(0, TempDirMake("catalogue", folder));
   ok(PetscSNPrintf(file, sizeof(file), "%s/events.h5", folder));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"friction_law", "rate_and_state"}, {"catalogue", file}));
   ok(FaultSetReals(fault, {"nx", 8}, {"nz", 4}, {"length_x", 16e3}, {"length_z", 8e3}, {"loading_rate", 1e-9},
                    {"normal_stress", 5e7}, {"normal_stress_gradient", 0}, {"friction_slip", 0.02},
                    {"friction_a", 0.008}, {"friction_b", 0.012}, {"initial_rate", 1e-10}));
-  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-  ok(SlipFaultSetString(fault, "catalogue", file));
   ok(SlipFaultSetUp(fault));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(SlipFaultConfigureTS(fault, ts));
@@ -329,7 +320,6 @@ static void smooth(void **state)
                {NULL, NULL, 0, 2e-2, 2e-2}};
   const Smooth fine = RunSmooth(NULL, NULL, 1e-6);
 
-  (void)state;
   assert_true(fine.residual < 1e-4);
   for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
     const Smooth found = RunSmooth(cases[c].type, cases[c].pair, cases[c].tolerance);

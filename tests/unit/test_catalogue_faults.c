@@ -66,12 +66,9 @@ static void Solve(const char mesh[], const char file[], const PetscReal stress[N
   Vec w, u, force;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"mesh", mesh}, {"catalogue", file}, {"friction_law", "constant"}, {"initial", "traction"},
+                     {"normal_coupling", "no"}));
   ok(FaultSetReals(fault, {"friction_residual", residual}, {"event_rate", 1e-4}, {"thickness", 1500}));
-  ok(SlipFaultSetString(fault, "mesh", mesh));
-  ok(SlipFaultSetString(fault, "catalogue", file));
-  ok(SlipFaultSetString(fault, "friction_law", "constant"));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "normal_coupling", "no"));
   ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
   fault->options.catalogue_maps = PETSC_TRUE;
   ok(SlipFaultSetField(fault, "normal_stress", N, stress));
@@ -115,7 +112,6 @@ static void one_event(void **state)
   char folder[TEMPDIR_LENGTH], mesh[TEMPDIR_LENGTH + 16], file[TEMPDIR_LENGTH + 16];
   SlipH5 h;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("faults", folder));
   snprintf(mesh, sizeof(mesh), "%s/mesh.h5", folder);
   snprintf(file, sizeof(file), "%s/events.h5", folder);

@@ -116,7 +116,6 @@ static void known_counts(void **state)
     PetscInt low, high;
   } row[] = {{sphere, 3, 800, 4000}, {ellipsoid, 3, 2500, 14000}, {rosenbrock, 0, 2500, 14000}};
 
-  (void)state;
   for (int i = 0; i < 3; i++) {
     const PetscInt n = median_evaluations(row[i].f, row[i].start, 2 * row[i].high);
 
@@ -131,7 +130,6 @@ static void rotation_invariance(void **state)
 {
   double along, turned;
 
-  (void)state;
   make_rotation();
   along = (double)median_evaluations(ellipsoid, 3, 30000);
   turned = (double)median_evaluations(rotated, 3, 30000);
@@ -147,7 +145,6 @@ static void diagonal(void **state)
   Random random;
   CMAES es;
 
-  (void)state;
   for (int i = 0; i < N; i++) mean[i] = 3;
   RandomSeed(&random, 1);
   ok(CMAESCreate(N, 0, mean, 1, &es));
@@ -175,7 +172,6 @@ static void ranks_only(void **state)
   Random random[2];
   CMAES es[2];
 
-  (void)state;
   for (int i = 0; i < 2; i++) {
     RandomSeed(&random[i], 9);
     ok(CMAESCreate(N, 0, mean, 0.5, &es[i]));
@@ -197,7 +193,6 @@ static void defaults(void **state)
 {
   double mean[200] = {0};
 
-  (void)state;
   for (PetscInt n = 2; n <= 200; n += 66) {
     double sum = 0, negative = 0;
     CMAES es;

@@ -22,7 +22,6 @@ static void weights(void **state)
 {
   const PetscReal gammas[] = {0.5, 2 - sqrt(2), 0.3, 0.9};
 
-  (void)state;
   for (size_t m = 0; m < PETSC_STATIC_ARRAY_LENGTH(gammas); m++) {
     const PetscReal gamma = gammas[m], node[] = {0, gamma, 1};
     SlipBathe c;
@@ -51,7 +50,6 @@ static void backward(void **state)
   PetscReal node[3], w[2];
   SlipBathe c, t;
 
-  (void)state;
   SlipBatheSetUpBackward(&c);
   SlipBatheSetUp(2 - sqrt(2), &t);
   assert_true(fabs(c.gamma * (2 - c.gamma) - 0.5) < 1e-15);

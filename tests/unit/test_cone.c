@@ -5,7 +5,6 @@
 
 static void test_projections(void **state)
 {
-  (void)state;
   assert_true(SlipConeShrink(3.0, 1.0) == 2.0);
   assert_true(SlipConeShrink(-3.0, 1.0) == -2.0);
   assert_true(SlipConeShrink(0.5, 1.0) == 0.0);
@@ -18,7 +17,6 @@ static void test_projections(void **state)
 
 static void test_regions(void **state)
 {
-  (void)state;
   assert_int_equal(SlipConeRegion(0.0, 0.5, 1.0, 1.0), SLIP_REGION_STICK);
   assert_int_equal(SlipConeRegion(0.0, -1.5, 1.0, 1.0), SLIP_REGION_POSITIVE);
   assert_int_equal(SlipConeRegion(0.0, 1.5, 1.0, 1.0), SLIP_REGION_NEGATIVE);
@@ -35,7 +33,6 @@ static void test_natural_map_is_zero_at_solutions(void **state)
   const PetscReal dq[5] = {0};
   PetscReal F[5], mask[5], slope[5];
 
-  (void)state;
   for (PetscReal r = 0.125; r < 20.0; r *= 4.0) {
     const PetscReal rho[] = {r, r, r, r, r};
 
@@ -54,7 +51,6 @@ static void test_slope_is_the_derivative(void **state)
 {
   const PetscReal points[] = {0.7, -0.7}, forces[] = {-3.0, 3.0}, eps = 1e-6, omega = 1.5, rho = 1.0;
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     PetscReal F[2], mask, slope, unused, dq = -0.3, q = 1.0 - 0.3 * PetscAbsReal(points[k]);
 
@@ -78,7 +74,6 @@ static void test_residual_of_rows_that_slide_backwards(void **state)
   PetscReal F, mask, slope;
   PetscInt backwards = 0;
 
-  (void)state;
   for (PetscReal rho = 0.25; rho <= 4.0; rho *= 4.0)
     for (PetscReal q = 0.5; q <= 2.0; q *= 2.0)
       for (PetscReal x = -2.0; x <= 2.0; x += 0.125)
@@ -100,7 +95,6 @@ static void test_finish(void **state)
   const PetscReal g[] = {-1.0, 0.5, -3.0, 3.0, 4.0}, q[] = {1.0, 1.0, 1.0, 1.0, 0.0}, rho[] = {1.0, 1.0, 1.0, 1.0, 1.0};
   PetscReal x[] = {2.0, 0.25, -0.5, 0.5, -7.0}, r[5];
 
-  (void)state;
   SlipConeFinish(5, 1.0, g, q, rho, x, r);
   assert_true(x[0] == 2.0 && r[0] == -1.0);                /* slides */
   assert_true(x[1] == 0.0 && r[1] == 0.5);                 /* sticks: the balance */

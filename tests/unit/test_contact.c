@@ -36,7 +36,6 @@ static void random_stages(void **state)
   PetscReal worst[3] = {0};
   uint64_t seed = 17;
 
-  (void)state;
   ok(PetscOptionsGetInt(NULL, NULL, "-stages", &stages, NULL));
   for (PetscInt trial = 0; trial < stages; trial++) {
     const PetscInt n = 1 + trial % 7, which = trial / 7 % 2;
@@ -59,12 +58,10 @@ static void random_stages(void **state)
       worst[0] = PetscMax(worst[0], beyond);
       worst[1] = PetscMax(worst[1], opposite);
       worst[2] = PetscMax(worst[2], balance);
-      ok(VecGetArrayRead(x, &a));
-      ok(VecGetArrayRead(r, &f));
+      a = VecRead(x);
+      f = VecRead(r);
       for (PetscInt i = 0; i < 3 * n; i += 3)
         kinds[a[i + 2] > 0 ? 0 : a[i] != 0 || a[i + 1] != 0 ? 1 : f[i + 2] > 0 ? 2 : 3]++;
-      ok(VecRestoreArrayRead(x, &a));
-      ok(VecRestoreArrayRead(r, &f));
       if (which == 0 && trial % 10 < 3) {
         if (Solve(&p, SNESPROJECTION, PETSC_TRUE, 0, &seed, &y, &e)) {
           compared++;
@@ -98,7 +95,6 @@ static void pressed_cells(void **state)
   uint64_t seed = 23;
   PetscInt solved = 0, count = 0, its;
 
-  (void)state;
   for (int trial = 0; trial < 200; trial++) {
     const PetscInt n = 1 + trial % 5, weakens = trial % 2;
     const PetscReal *a, *b;
@@ -138,15 +134,13 @@ static void pressed_cells(void **state)
     assert_true(unstable == refused);
     count += refused;
     ok(VecNorm(y, NORM_INFINITY, &size));
-    ok(VecGetArrayRead(x, &a));
-    ok(VecGetArrayRead(y, &b));
+    a = VecRead(x);
+    b = VecRead(y);
     for (PetscInt i = 0; i < n && done && also; i++) {
       for (PetscInt k = 0; k < 2; k++) AssertNear(a[3 * i + k], b[2 * i + k], 1e-9 * size);
       assert_true(a[3 * i + 2] == 0);
     }
     solved += done && also && size > 0;
-    ok(VecRestoreArrayRead(x, &a));
-    ok(VecRestoreArrayRead(y, &b));
     ObjectsDestroy(&x, &r, &y, &f);
     ok(VectorsDestroy(&p));
     ok(VectorsDestroy(&w));
@@ -170,7 +164,6 @@ static void one_cell(void **state)
   const PetscReal pressure[] = {0, 2 + e * slides, 3, NAN};
   uint64_t seed = 1;
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     VectorsNumbers s;
     PetscReal beyond, opposite, balance, inside;
@@ -188,16 +181,14 @@ static void one_cell(void **state)
     assert_true(iterations <= 2); /* a linear problem, once it is known what moves */
     ok(VectorsCheckContact(&p, y, r, &beyond, &opposite, &balance, &inside, &contact));
     assert_true(contact == 0 && inside == 0 && beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9);
-    ok(VecGetArrayRead(y, &a));
-    ok(VecGetArrayRead(r, &f));
+    a = VecRead(y);
+    f = VecRead(r);
     for (int i = 0; i < 3; i++)
       if (!isnan(x[k][i])) AssertNear(a[i], x[k][i], 1e-12);
     if (isnan(pressure[k])) /* v presses by e v_x */
       AssertNear(f[2], e * a[0], 1e-12);
     else
       AssertNear(f[2], pressure[k], 1e-12);
-    ok(VecRestoreArrayRead(y, &a));
-    ok(VecRestoreArrayRead(r, &f));
     ObjectsDestroy(&y, &r);
     ok(VectorsDestroy(&p));
     ok(VectorsFreeNumbers(&s));

@@ -12,7 +12,6 @@ static void match(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSEULER));
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
@@ -51,7 +50,6 @@ static void end_exactly(void **state)
   PetscInt beyond = 0, refused = 0;
   uint64_t x = 1;
 
-  (void)state;
   for (PetscInt i = 0; i < 20000; i++) {
     PetscReal u[2], end, t, h, used;
 
@@ -74,7 +72,6 @@ static void end_exactly(void **state)
 
 static void rest(void **state)
 {
-  (void)state;
   assert_true(SlipControlRest(3, 2, 0, 50) == 2); /* something moves: no longer than the limit */
   assert_true(SlipControlRest(1, 2, 0, 50) == 1);
   assert_true(SlipControlRest(1, 2, 20, 50) == 20); /* at rest: to its end */
@@ -86,7 +83,6 @@ static void halve(void **state)
 {
   PetscReal h = 8;
 
-  (void)state;
   assert_false(SlipControlHalve(2, 3, &h));
   assert_true(h == 8);
   assert_true(SlipControlHalve(3, 3, &h));
@@ -96,7 +92,6 @@ static void halve(void **state)
 /* Powers of two, so that E^-q is exact to rounding: 64^(-1/3) = 1/4. */
 static void ceiling(void **state)
 {
-  (void)state;
   assert_true(fabs(SlipControlCeiling(128, 2, 1. / 3) - 0.25) < 1e-15);
   assert_true(SlipControlCeiling(1e9, 1, 1. / 3) == 0.1);
   assert_true(SlipControlCeiling(1.01, 1, 1. / 3) == 0.9);
@@ -181,7 +176,6 @@ static void fault_rows(void **state)
               {"log_relaxation", 2}};
   size_t rows = 0;
 
-  (void)state;
   for (const SlipObservation *o = SlipObservations; o->name; o++) rows += o->fault ? 1 : 0;
   assert_int_equal(PETSC_STATIC_ARRAY_LENGTH(want), rows); /* a new row needs a line here */
   for (size_t i = 0; i < rows; i++)
@@ -224,7 +218,6 @@ static void attempts(void **state)
              {0.01, 0, PETSC_TRUE, PETSC_TRUE, 1, -1, 0, 0.18432}};
   SlipRunNumbers r = {0};
 
-  (void)state;
   assert_true(of_run("log_error_step", &r) == 0 && of_run("log_step_ratio", &r) == 0 && of_run("order", &r) == 0);
   r.order = 3;
   assert_true(of_run("order", &r) == 3);
@@ -244,7 +237,6 @@ static void methods(void **state)
 {
   SlipMethodCosts costs;
 
-  (void)state;
   SlipMethodSetUp(&costs);
   assert_true(costs.step == 2 && costs.solve == 1); /* by hand: 0.25 (2 + 2) (8 + 2.2 sqrt x) */
   AssertNear(SlipMethodSolve(&costs, 0), 8, 1e-14);
@@ -291,7 +283,6 @@ static void names(void **state)
 {
   SlipObserved seen;
 
-  (void)state;
   SlipObservedSet(&seen, "change_log_step");
   assert_string_equal("log_step", seen.row->name);
   assert_true(SlipObservedOfState(&seen) && SlipObservedOfRun(&seen));
@@ -316,7 +307,6 @@ static void filter_after_rest(void **state)
 {
   const PetscReal q = (PetscReal)1 / 3;
 
-  (void)state;
   for (PetscInt i = 0; i < SLIP_NUM_FILTERS; i++) {
     const SlipFilter *f = &SlipFilters[i];
     const PetscReal most = PetscPowReal(f->r_min, -1 / q);

@@ -19,7 +19,6 @@ static void rows_add_up(void **state)
   SlipProducts last = {0};
   PetscReal sum = 0, expected = 0, begin;
 
-  (void)state;
   SlipProductsRun();
   before = SlipWorkGet();
   (void)SlipProductsRow(&last);
@@ -55,7 +54,6 @@ static void flops_of_vectors_are_the_rest(void **state)
 {
   SlipWorkTotals before, after;
 
-  (void)state;
   SlipProductsRun();
   before = SlipWorkGet();
   ok(PetscLogFlops(1000));
@@ -76,7 +74,6 @@ static void errors_leave_nothing(void **state)
   SlipWorkTotals begin, end;
   PetscReal run;
 
-  (void)state;
   for (int i = 0; i < 20; i++) {
     SlipProductsRun();
     ok(SlipProductsPush(SLIP_PRODUCTS_LOOK));
@@ -106,7 +103,6 @@ static void shares_are_measured(void **state)
   SlipWorkTotals before, after;
   PetscReal begin, sum = 0;
 
-  (void)state;
   SlipProductsRun();
   SlipWorkMeasure();
   before = SlipWorkGet();

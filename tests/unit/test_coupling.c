@@ -17,23 +17,20 @@ static SlipFault Thrust(PetscInt nx, PetscInt nz, PetscReal dip, const char law[
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"dip", dip}, {"rake", 90}, {"normal_stress", SIGMA}));
-  ok(FaultSetReals(fault, {"normal_stress_gradient", 0}, {"friction_residual", MU}));
   ok(SlipFaultSetString(fault, "friction_law", law));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"dip", dip}, {"rake", 90}, {"normal_stress", SIGMA},
+                   {"normal_stress_gradient", 0}, {"friction_residual", MU}));
   return fault;
 }
 
 /* K and Kn of a fault with one cell [Pa/m] */
 static void Numbers(SlipFault fault, PetscReal *K, PetscReal *Kn)
 {
-  const PetscScalar *a;
+  const PetscScalar *a = MatRead(fault->medium->K);
 
-  ok(MatDenseGetArrayRead(fault->medium->K, &a));
   *K = a[0];
-  ok(MatDenseRestoreArrayRead(fault->medium->K, &a));
-  ok(MatDenseGetArrayRead(fault->medium->Kn, &a));
+  a = MatRead(fault->medium->Kn);
   *Kn = a[0];
-  ok(MatDenseRestoreArrayRead(fault->medium->Kn, &a));
 }
 
 /* One cell of constant friction under a traction above its strength, with inertia and no viscosity: M u'' = T - K u -
@@ -49,9 +46,8 @@ static PetscReal BlockError(PetscReal periods, PetscInt steps, PetscReal *rate)
   TS ts;
   Vec w;
 
+  ok(FaultSetStrings(fault, {"initial", "traction"}, {"viscosity", "none"}));
   ok(SlipFaultSetReal(fault, "initial_traction", 1.1 * MU * SIGMA));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "none"));
   ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
   ok(SlipFaultSetInertia(fault, PETSC_TRUE));
   ok(SlipFaultSetUp(fault));
@@ -68,13 +64,10 @@ static PetscReal BlockError(PetscReal periods, PetscInt steps, PetscReal *rate)
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
   ok(TSSolve(ts, w));
-  ok(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   *rate = a[0];
   error = PetscAbsReal(a[1] / (0.5 * slip * (1 - PetscCosReal(2 * PETSC_PI * PetscMin(periods, 0.5)))) - 1);
-  ok(VecRestoreArrayRead(w, &a));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return error;
 }
 
@@ -88,9 +81,8 @@ static void motion_is_as_stiff_as_the_strength_it_takes(void **state)
   PetscReal *a;
   Vec w;
 
-  (void)state;
-  ok(SlipFaultSetReal(fault, "initial_traction", MU * SIGMA));
   ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetReal(fault, "initial_traction", MU * SIGMA));
   ok(SlipFaultSetInertia(fault, PETSC_TRUE));
   ok(SlipFaultSetUp(fault));
   Numbers(fault, &K, &Kn);
@@ -102,15 +94,13 @@ static void motion_is_as_stiff_as_the_strength_it_takes(void **state)
   assert_true(row >= 0);
   ok(SlipFaultObserve(fault, 0, w, 1, &row, &value));
   AssertNear(fault->known.mode.sum[MODE_STIFFNESS], (K + MU * Kn) * 0.01, 1e-14 * K);
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &fault);
 }
 
 static void one_block_swings_by_the_coupled_stiffness(void **state)
 {
   PetscReal rate, last = 0;
 
-  (void)state;
   assert_true(BlockError(0.75, 300, &rate) < 1e-3);
   assert_true(rate == 0);
   for (PetscInt steps = 10; steps <= 40; steps *= 2) {
@@ -131,7 +121,6 @@ static void rest_ends_when_force_meets_the_falling_strength(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   for (int heals = 0; heals < 2; heals++) {
     SlipFault fault = Thrust(1, 1, 30, heals ? "exponential_slip_weakening" : "constant");
 
@@ -162,7 +151,6 @@ static void normal_stress_begins_as_given(void **state)
   const PetscReal *change;
   Vec w, u, change_of;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -173,12 +161,11 @@ static void normal_stress_begins_as_given(void **state)
   ok(MatMult(fault->medium->Kn, u, change_of));
   ok(VecStrideScatter(u, fault->layout.displacement, w, ADD_VALUES));
   ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
-  ok(VecGetArrayRead(change_of, &change));
+  change = VecRead(change_of);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     AssertNear(friction.stress[i], SIGMA + change[i], 1e-13 * SIGMA);
     assert_true(PetscAbsReal(change[i]) > 1e-6 * SIGMA);
   }
-  ok(VecRestoreArrayRead(change_of, &change));
   ObjectsDestroy(&w, &u, &change_of);
   ok(SlipFaultDestroy(&fault));
 }
@@ -218,15 +205,13 @@ static void what_changes_normal_stress(void **state)
              {30, {0, 0}, "no", PETSC_FALSE, PETSC_FALSE, PETSC_TRUE},
              {90, {0, 0}, "auto", PETSC_TRUE, PETSC_TRUE, PETSC_TRUE}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(row); k++) {
     SlipFault fault = Thrust(2, 1, row[k].dip, "constant");
 
     ok(FaultSetReals(fault, {"depth_top", 5e3}, {"initial_traction", 1e6}, {"slip_components", row[k].opens ? 2 : 1}));
     ok(SlipFaultSetField(fault, "rake", 2, row[k].rake));
-    ok(SlipFaultSetString(fault, "initial", "traction"));
-    ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-    ok(SlipFaultSetString(fault, "normal_coupling", row[k].coupling));
+    ok(FaultSetStrings(fault, {"initial", "traction"}, {"viscosity", "radiation"},
+                       {"normal_coupling", row[k].coupling}));
     ok(SlipFaultSetBool(fault, "opening", row[k].opens));
     ok(SlipFaultSetUp(fault));
     assert_int_equal(fault->kind.coupled, row[k].coupled);
@@ -240,7 +225,6 @@ static void what_changes_normal_stress(void **state)
    of this one too: to the bit */
 static void friction_is_of_the_state_asked_about(void **state)
 {
-  (void)state;
   for (int k = 0; k < 4; k++) {
     SlipFault fault = Thrust(3, 2, 30, k % 2 ? "rate_and_state" : "constant");
     SlipStage stage = {.t = 1, .theta = 1, .omega = 1};
@@ -286,7 +270,6 @@ static void rates_balance_with_the_stress_of_now(void **state)
   SlipFrictionCells friction;
   Vec w, u, Ku, Knu;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
   ok(SlipFaultSetUp(fault));
   assert_true(fault->kind.coupled);
@@ -300,10 +283,10 @@ static void rates_balance_with_the_stress_of_now(void **state)
   ok(MatMult(fault->medium->Kn, u, Knu));
   ok(SlipFaultGetLoad(fault, 0, &load));
   ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
-  ok(VecGetArrayRead(w, &a));
-  ok(VecGetArrayRead(Ku, &force));
-  ok(VecGetArrayRead(Knu, &rise));
-  ok(VecGetArrayRead(load->shear, &shear));
+  a = VecRead(w);
+  force = VecRead(Ku);
+  rise = VecRead(Knu);
+  shear = VecRead(load->shear);
   v = a;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal rate = v[SlipFaultRateAt(fault, i)];
@@ -315,10 +298,6 @@ static void rates_balance_with_the_stress_of_now(void **state)
     AssertNear(shear[i] - force[i] - fault->balance.eta * (rate - 1e-9), (rate < 0 ? -mu : mu) * (SIGMA + rise[i]),
                1e-10 * SIGMA);
   }
-  ok(VecRestoreArrayRead(load->shear, &shear));
-  ok(VecRestoreArrayRead(Knu, &rise));
-  ok(VecRestoreArrayRead(Ku, &force));
-  ok(VecRestoreArrayRead(w, &a));
   ObjectsDestroy(&w, &u, &Ku, &Knu);
   ok(SlipFaultDestroy(&fault));
 }
@@ -354,9 +333,9 @@ static void CheckDerivative(SlipFault fault)
     ok(VecSetValue(x, j, 0.1, INSERT_VALUES));
     ok((*ops->bound)(fault->stage.con, x, factor, NULL, fault));
     ok((*ops->coupling)(fault->stage.con, &C, factor, fault));
-    ok(MatDenseGetArrayRead(C, &a));
-    ok(VecGetArrayRead(q[0], &p));
-    ok(VecGetArrayRead(q[1], &m));
+    a = MatRead(C);
+    p = VecRead(q[0]);
+    m = VecRead(q[1]);
     for (PetscInt i = 0; i < fault->mesh.N; i++) {
       PetscReal gain;
 
@@ -364,9 +343,6 @@ static void CheckDerivative(SlipFault fault)
       if (i != j) AssertNear((p[i] - m[i]) / (2 * h), gain * a[j * fault->mesh.N + i], 1e-6 * MU * SIGMA / 0.1);
       if (i != j) assert_true(gain > 0);
     }
-    ok(VecRestoreArrayRead(q[1], &m));
-    ok(VecRestoreArrayRead(q[0], &p));
-    ok(MatDenseRestoreArrayRead(C, &a));
   }
   ObjectsDestroy(&x, &factor, &q[0], &q[1], &stage.base, &stage.explicit_part);
   ok(SlipFaultDestroy(&fault));
@@ -376,9 +352,8 @@ static void coupling_is_the_derivative_of_the_bound(void **state)
 {
   SlipFault weakening = Thrust(4, 3, 25, "exponential_slip_weakening"), smooth = Thrust(4, 3, 25, "rate_and_state");
 
-  (void)state;
-  ok(SlipFaultSetReal(weakening, "initial_traction", 1e7));
   ok(SlipFaultSetString(weakening, "initial", "traction"));
+  ok(SlipFaultSetReal(weakening, "initial_traction", 1e7));
   CheckDerivative(weakening);
   ok(FaultSetReals(smooth, {"loading_rate", 1e-9}, {"friction_alpha", 0.3}));
   CheckDerivative(smooth);
@@ -395,9 +370,8 @@ static PetscInt Iterations(const char coupled[], PetscInt direct)
   TS ts;
   Vec w;
 
+  ok(FaultSetStrings(fault, {"initial", "traction"}, {"normal_coupling", coupled}));
   ok(FaultSetReals(fault, {"friction_residual", 0.8}, {"initial_traction", 0.79 * SIGMA}, {"stressing_rate", 1e3}));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "normal_coupling", coupled));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));
   ok(SlipFaultSetUp(fault));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
@@ -419,9 +393,7 @@ static PetscInt Iterations(const char coupled[], PetscInt direct)
     ok(TSGetSNESIterations(ts, &last));
     most = PetscMax(most, last - before);
   }
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return most;
 }
 
@@ -430,7 +402,6 @@ static void newton_hardly_needs_more(void **state)
 {
   const PetscInt without = Iterations("no", 1), direct = Iterations("auto", 1), krylov = Iterations("auto", 0);
 
-  (void)state;
   print_message("iterations of the worst step: %d without, %d by LU, %d by gmres\n", (int)without, (int)direct,
                 (int)krylov);
   assert_true(direct <= without + 6);
@@ -446,8 +417,8 @@ static PetscReal CycleSlip(const char type[], const char controller[], PetscReal
   TS ts;
   Vec w, u;
 
-  ok(FaultSetReals(fault, {"length_x", 20e3}, {"length_z", 20e3}, {"friction_reference", 0.6}, {"friction_a", 0.01}));
-  ok(FaultSetReals(fault, {"friction_b", 0.015}, {"friction_slip", 0.5}, {"loading_rate", 1e-9}));
+  ok(FaultSetReals(fault, {"length_x", 20e3}, {"length_z", 20e3}, {"friction_reference", 0.6}, {"friction_a", 0.01},
+                   {"friction_b", 0.015}, {"friction_slip", 0.5}, {"loading_rate", 1e-9}));
   ok(SlipFaultSetUp(fault));
   assert_true(fault->kind.coupled);
   ok(TSCreate(PETSC_COMM_SELF, &ts));
@@ -469,9 +440,7 @@ static PetscReal CycleSlip(const char type[], const char controller[], PetscReal
   ok(VecSum(u, &slip));
   ok(SlipFaultRestoreWork(fault, &u));
   slip /= (PetscReal)fault->mesh.N;
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts, &fault);
   return slip;
 }
 
@@ -484,7 +453,6 @@ static void implicit_steps_of_smooth_friction_follow_explicit_ones(void **state)
   const PetscReal loose = CycleSlip(TSBATHE, TSADAPTBASIC, 1e-4, 1), tight = CycleSlip(TSBATHE, TSADAPTBASIC, 1e-5, 1);
   const PetscReal krylov = CycleSlip(TSBATHE, TSADAPTBASIC, 1e-5, 0);
 
-  (void)state;
   print_message("slip %.10g, bathe off by %g %g %g\n", (double)exact, (double)(loose / exact - 1),
                 (double)(tight / exact - 1), (double)(krylov / exact - 1));
   assert_true(PetscAbsReal(loose / exact - 1) < 1e-3);

@@ -39,7 +39,6 @@ static void test_distance(void **state)
   SlipCourseNode a[NODES], b[REFERENCE];
   PetscReal error[SLIP_NUM_ERRORS], most = 0;
 
-  (void)state;
   swing(NODES, 0.1, 1.1, 1.2, a);
   swing(REFERENCE, 0, 1, 1, b);
   for (PetscInt i = 0; i <= 40000; i++)
@@ -59,7 +58,6 @@ static void test_cubic(void **state)
   const SlipCourseNode late[] = {{0, 0, 0}, {0.2, 0, 0}, {1.2, 1.1, 0}};
   PetscReal error[SLIP_NUM_ERRORS], rise;
 
-  (void)state;
   near(SlipCourseTime(2, whole, 0.5), 0.5, 1e-15);
   near(SlipCoursePeak(2, whole), 1.5, 1e-15);
   near(SlipCoursePeak(4, half), 1.5, 1e-15);
@@ -83,7 +81,6 @@ static void test_edges(void **state)
   const SlipCourseNode wave[] = {{0, 0, 12}, {1, 1, 12}};
   PetscReal error[SLIP_NUM_ERRORS], t;
 
-  (void)state;
   near(SlipCourseTime(1, rest, 0.5), 3, 0);
   near(SlipCoursePeak(1, rest), 0, 0);
   SlipCourseCompare(1, rest, 2, whole, error);
@@ -100,7 +97,6 @@ static void test_measures(void **state)
   const PetscReal error[SLIP_NUM_ERRORS] = {0.01, 0.02, 0.03, 0.2, 0.035};
   const PetscReal broken[SLIP_NUM_ERRORS] = {0.01, NAN, 0.03, 0.2, 0.035};
 
-  (void)state;
   assert_string_equal(SlipMeasures[0].name, "history");
   near(SlipMeasureOf(SlipMeasureFind("history"), error), 0.04, 1e-16);
   near(SlipMeasureOf(SlipMeasureFind("final_slip"), error), 0.01, 0);
@@ -123,7 +119,6 @@ static void test_levy(void **state)
   const SlipCourseNode bold[] = {{0, 0, 1}, {0.5, 0.5, 1}, {1, 1, 50}};
   PetscReal error[SLIP_NUM_ERRORS];
 
-  (void)state;
   near(SlipCourseLevy(4, early, 4, early), 0, 0);
   near(SlipCourseLevy(4, late, 4, early), 0.03, 2e-5);
   near(SlipCourseLevy(4, early, 4, late), 0.03, 2e-5);

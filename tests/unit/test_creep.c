@@ -19,13 +19,11 @@ static SlipFault Fault(const char law[], const char initial[], PetscReal share)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"viscosity", "radiation"}, {"friction_law", law},
+                     {"initial", initial}));
   ok(FaultSetReals(fault, {"nx", 1}, {"nz", 1}, {"length_x", side}, {"length_z", side}, {"normal_stress", sigma},
                    {"normal_stress_gradient", 0}, {"friction_drop", drop}, {"friction_residual", residual},
                    {"friction_slip", sigma * drop / (share * Stiffness())}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-  ok(SlipFaultSetString(fault, "friction_law", law));
-  ok(SlipFaultSetString(fault, "initial", initial));
   return fault;
 }
 
@@ -37,18 +35,14 @@ typedef struct {
 static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
 {
   Rates *rates = (Rates *)ctx;
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
   PetscReal v;
 
-  PetscFunctionBegin;
-  (void)ts, (void)t;
-  PetscCall(VecGetArrayRead(w, &a));
   v = a[0] / v_inf;
-  PetscCall(VecRestoreArrayRead(w, &a));
   if (step < 4) rates->least = rates->largest = v;
   rates->least = PetscMin(rates->least, v);
   rates->largest = PetscMax(rates->largest, v);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
@@ -76,7 +70,6 @@ static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
    the other sign; the backward formula after it takes that away, so neither rule toggles here. */
 static void creep_does_not_toggle(void **state)
 {
-  (void)state;
   for (int k = 0; k < 6; k++) {
     const TSBatheFirstStage rule = k < 2 ? TSBATHE_STAGE_TRAPEZOIDAL : TSBATHE_STAGE_BACKWARD;
     const Rates rates = Creep(rule, k % 2 ? 1e-3 : 0, k < 4 ? PETSC_TRUE : PETSC_FALSE);
@@ -101,10 +94,9 @@ static void Event(const char initial[], PetscReal end, PetscReal *slip, PetscRea
   ok(SlipFaultSetInertia(fault, PETSC_TRUE)); /* a traction alone would be without */
   ok(FaultStart(fault, TSADAPTNONE, 0.01, end, &w, &ts));
   ok(TSSolve(ts, w));
-  ok(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   *rate = a[0];
   *slip = a[2];
-  ok(VecRestoreArrayRead(w, &a));
   ObjectsDestroy(&w, &ts, &fault);
 }
 
@@ -114,7 +106,6 @@ static void traction_is_critical_start(void **state)
 {
   const PetscReal ends[] = {1, 2, 20};
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     PetscReal slip[2], rate[2];
 
@@ -156,7 +147,6 @@ static void loading_is_no_slip(void **state)
   const PetscReal h = 3e8, slips[] = {0.01, 0.3, 0.6};
   PetscReal smaller = 0;
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const PetscReal unloaded = ErrorOf(0, h, slips[k]);
 

@@ -13,7 +13,6 @@ enum { N = 1500, BLOCK = 3, MANY = 6 };
 static SlipDevice device;
 static struct sigaction before[32]; /* before the device was opened */
 #define NEEDS_DEVICE                                                                                                   \
-  (void)state;                                                                                                         \
   if (!device) skip()
 
 static PetscReal Entry(PetscInt which, PetscInt i)
@@ -137,10 +136,7 @@ static void vectors(void **state)
     Fill(0, host[0]);
     Fill(0, there[0]);
   }
-  for (PetscInt k = 0; k < MANY; k++) {
-    ok(VecDestroy(&host[k]));
-    ok(VecDestroy(&there[k]));
-  }
+  for (PetscInt k = 0; k < MANY; k++) ObjectsDestroy(&host[k], &there[k]);
 }
 
 static void numbers(void **state)
@@ -182,10 +178,7 @@ static void numbers(void **state)
     ok(VecSum(u, &b));
     assert_false(isfinite(b));
   }
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
-  ok(VecDestroy(&u));
-  ok(VecDestroy(&v));
+  ObjectsDestroy(&x, &y, &u, &v);
 }
 
 /* Only what is asked for goes between the two, each way once */
@@ -219,8 +212,7 @@ static void traffic(void **state)
   assert_int_equal(after.puts - before.puts, 1);
   assert_int_equal(after.fetches - before.fetches, 1);
   fails(VecPlaceArray(y, &norm), "placed");
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&x, &y);
 }
 
 static void strides(void **state)
@@ -243,21 +235,14 @@ static void strides(void **state)
   ok(VecStrideScatter(v, 2, w, INSERT_VALUES));
   ok(VecStrideScatter(part, 2, host, INSERT_VALUES));
   assert_true(Difference(host, w) == 0);
-  ok(VecDestroy(&w));
-  ok(VecDestroy(&u));
-  ok(VecDestroy(&v));
-  ok(VecDestroy(&host));
-  ok(VecDestroy(&part));
+  ObjectsDestroy(&w, &u, &v, &host, &part);
 }
 
 /* u' = -u^2 of entries from 1/2 to 2, whose solution is u / (1 + t u) */
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecPointwiseMult(f, u, u));
-  PetscCall(VecScale(f, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecScale(f, -1);
 }
 
 /* By Adams' steps with tolerances that are vectors, of which one entry has none; the number of steps */
@@ -310,8 +295,7 @@ static void adams(void **state)
       AssertNear(a[i], first / (1 + first), 1e-5);
     }
     ok(VecRestoreArrayRead(there, &a));
-    ok(VecDestroy(&host));
-    ok(VecDestroy(&there));
+    ObjectsDestroy(&host, &there);
   }
 }
 
@@ -363,8 +347,7 @@ static void lent(void **state)
   ok(VecGetArrayRead(y, &a));
   for (PetscInt i = 0; i < N; i++) assert_true(a[i] == 2 * Entry(1, i));
   ok(VecRestoreArrayRead(y, &a));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&x, &y);
 }
 
 /* Drivers bring compilers that take signals over */
@@ -393,7 +376,6 @@ static void signals(void **state)
 
 static int setup(void **state)
 {
-  (void)state;
   ok(SlipDeviceRegisterVec());
   Handlers(before);
   if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device_name nothing", "nothing", &device) && SlipDeviceBuiltIn() &&

@@ -11,23 +11,18 @@ static PetscErrorCode WriteRecord(void)
   PetscReal pressure[3 * N];
   SlipH5 h;
 
-  PetscFunctionBegin;
   for (PetscInt i = 0; i < 3 * N; i++)
     pressure[i] = 2e6 + 1.5e6 * (PetscReal)(i / N) * (0.5 - (PetscReal)(i % NX) / NX);
   PetscCall(SlipH5Create("record.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/time", 1, &three, times, "s"));
   PetscCall(SlipH5WriteReal(&h, "/pressure", 2, shape, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 static PetscErrorCode OwnPressure(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  PetscFunctionBegin;
-  (void)fault;
-  (void)ctx;
   for (PetscInt i = 0; i < n; i++) p[i] = 1e6 * sin(t / 1e9 + 0.1 * (double)i);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The cells of two columns creep, in a field; stressing differs from cell to cell */
@@ -35,21 +30,17 @@ static PetscErrorCode Creep(SlipFault fault)
 {
   PetscReal a[N], b[N];
 
-  PetscFunctionBegin;
   for (PetscInt i = 0; i < N; i++) {
     a[i] = i % NX == 0 || i % NX == 9 ? 1 : 0;
     b[i] = 1e-3 * (double)(i % 7);
   }
   PetscCall(SlipFaultSetField(fault, "creep", N, a));
-  PetscCall(SlipFaultSetField(fault, "stressing_rate", N, b));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipFaultSetField(fault, "stressing_rate", N, b);
 }
 
 static PetscErrorCode Own(SlipFault fault)
 {
-  PetscFunctionBegin;
-  PetscCall(SlipFaultSetPressureFunction(fault, OwnPressure, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipFaultSetPressureFunction(fault, OwnPressure, NULL);
 }
 
 #define INJECTION                                                                                                      \

@@ -195,8 +195,7 @@ static void dense(void **state)
     ok(MatDenseGetArrayWrite(A, &a));
     for (PetscInt i = 0; i < m * n; i++) a[i] = cos(0.37 * (double)(i % 1013)) + 0.2;
     ok(MatDenseRestoreArrayWrite(A, &a));
-    ok(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-    ok(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    ok(MatAssemble(A));
     Products("a dense matrix", A, NULL);
     ok(MatDestroy(&A));
   }
@@ -331,7 +330,6 @@ static void memory(void **state)
 
 static int setup(void **state)
 {
-  (void)state;
   ok(SlipDeviceRegisterVec());
   if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device)) {
     device = NULL;

@@ -178,15 +178,13 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   const SlipDeviceTraffic now = SlipDeviceGetTraffic();
   PetscReal end;
 
-  PetscFunctionBegin;
-  (void)w;
   PetscCall(TSGetMaxTime(ts, &end));
   if (step > 2 && t < end) {
     run->vectors = PetscMax(run->vectors, now.puts + now.fetches - run->last.puts - run->last.fetches);
     run->numbers = PetscMax(run->numbers, now.numbers - run->last.numbers);
   }
   run->last = now;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Solve(const char options[], const char more[], Run *run)
@@ -195,10 +193,8 @@ static PetscErrorCode Solve(const char options[], const char more[], Run *run)
   TS_Bathe *ba;
   PetscBool bathe;
 
-  PetscFunctionBegin;
   *run = (Run){0};
-  PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, base));
+  PetscCall(SetOptions(base));
   PetscCall(PetscOptionsInsertString(NULL, options));
   PetscCall(PetscOptionsInsertString(NULL, more));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &run->fault));
@@ -225,7 +221,7 @@ static PetscErrorCode Solve(const char options[], const char more[], Run *run)
     run->newton = ba->newton;
     run->linear = ba->linear;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void End(Run *run)
@@ -345,7 +341,6 @@ static int setup(void **state)
 {
   SlipDevice device;
 
-  (void)state;
   present = SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device) ? PETSC_FALSE : PETSC_TRUE;
   if (!present) print_message("skipped: %s\n", message);
   if (present) ok(SlipDeviceRegisterVec());

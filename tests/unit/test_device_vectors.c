@@ -11,7 +11,6 @@ static PetscErrorCode WriteRectangles(void)
   PetscReal cells[N][7];
   SlipH5 h;
 
-  PetscFunctionBegin;
   for (PetscInt e = 0; e < N; e++) {
     const PetscInt i = e % NX, j = e / NX;
     const PetscBool right = i >= NX / 2 ? PETSC_TRUE : PETSC_FALSE;
@@ -27,8 +26,7 @@ static PetscErrorCode WriteRectangles(void)
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "columns", "x y z length width strike dip"));
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "units", "m"));
   PetscCall(SlipH5WriteInt(&h, "/fault", 1, &count, fault, NULL));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 /* A plane that dips, 4 km squares of which each is cut in two */
@@ -40,7 +38,6 @@ static PetscErrorCode WriteTriangles(void)
   PetscInt corner[N][3];
   SlipH5 h;
 
-  PetscFunctionBegin;
   for (PetscInt k = 0; k < ALL; k++) {
     const PetscReal down = 2e3 * (PetscReal)(k / (COLUMNS + 1));
     const PetscReal point[3] = {4e3 * (PetscReal)(k % (COLUMNS + 1)), 0.5 * down, 1e3 + sqrt(0.75) * down};
@@ -56,18 +53,15 @@ static PetscErrorCode WriteTriangles(void)
   PetscCall(SlipH5Create("triangles.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/vertices", 2, vertices, vertex[0], "m"));
   PetscCall(SlipH5WriteInt(&h, "/triangles", 2, triangles, corner[0], NULL));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 static PetscErrorCode Creep(SlipFault fault)
 {
   PetscReal a[N];
 
-  PetscFunctionBegin;
   for (PetscInt i = 0; i < N; i++) a[i] = i % NX == 0 ? 1 : 0;
-  PetscCall(SlipFaultSetField(fault, "creep", N, a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipFaultSetField(fault, "creep", N, a);
 }
 
 static const struct {

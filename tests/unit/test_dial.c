@@ -14,8 +14,7 @@ static Run start(const char options[])
 {
   Run r;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
   ok(FaultStart(r.fault, NULL, 0, 3, &r.w, &r.ts));
@@ -60,7 +59,6 @@ static PetscReal first_step(const char options[], const char observation[], Pets
 
 static void dial_is_observed(void **state)
 {
-  (void)state;
   near(first_step("", "log_accuracy", 0), pow(10, tanh(-2) - 1)); /* the default, 1e-2 */
   near(first_step("", "log_accuracy", 1e-3), pow(10, tanh(-3) - 1));
   near(first_step("-ts_adapt_rl_accuracy 0.1", "log_accuracy", 1e-3), pow(10, tanh(-1) - 1));
@@ -76,7 +74,6 @@ static void dial_is_ignored(void **state)
   PetscViewer viewer;
   TSAdapt adapt;
 
-  (void)state;
   near(first_step("-ts_adapt_rl_accuracy 0.1", "energy", 0), first_step("-ts_adapt_rl_accuracy 1e-4", "energy", 0));
   ok(TSGetAdapt(r.ts, &adapt));
   ok(TSAdaptSetType(adapt, TSADAPTRL));
@@ -101,7 +98,6 @@ static void needs_estimate(void **state)
   SlipPolicy p = policy("log_slip_error");
   TSAdapt adapt;
 
-  (void)state;
   ok(TSGetAdapt(r.ts, &adapt));
   ok(TSAdaptSetType(adapt, TSADAPTRL));
   ok(TSAdaptRLSetPolicy(adapt, p));
@@ -133,18 +129,16 @@ static void rest(void **state)
   const PetscReal wait = (strength - 2 * (0.8 / 3) * sqrt(mass * stiffness) * rate) / (stiffness * rate);
   Run r = start("");
 
-  (void)state;
   assert_true(rest_time(&r) == 0);
   ok(VecZeroEntries(r.w));
   assert_true(rest_time(&r) == PETSC_MAX_REAL);
   ok(VecSetValue(r.w, 0, 1e-9, INSERT_VALUES));
-  ok(VecAssemblyBegin(r.w));
-  ok(VecAssemblyEnd(r.w));
+  ok(VecAssemble(r.w));
   assert_true(rest_time(&r) == 0); /* it moves */
   ObjectsDestroy(&r.ts, &r.w, &r.fault);
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
-  ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}, {"loading_rate", rate}));
   ok(SlipFaultSetString(r.fault, "stiffness_scaling", "mean_slip"));
+  ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}, {"loading_rate", rate}));
   ok(SlipFaultSetUp(r.fault));
   ok(SlipFaultCreateState(r.fault, &r.w));
   ok(TSCreate(PETSC_COMM_SELF, &r.ts));
@@ -161,7 +155,6 @@ static void bounds(void **state)
   const char *const want[] = {"-ts_adapt_rl_accuracy is 0.2", "-ts_adapt_rl_accuracy is 1e-05",
                               "-ts_adapt_rl_accuracy is -0.01"};
 
-  (void)state;
   for (int i = 0; i < 3; i++) {
     Run r = start(options[i]);
 
@@ -181,7 +174,6 @@ static void other_types(void **state)
   TSAdapt adapt;
   Run r = start("");
 
-  (void)state;
   ok(TSGetAdapt(r.ts, &adapt));
   ok(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   ok(TSAdaptRLSetAccuracy(adapt, 0.05));

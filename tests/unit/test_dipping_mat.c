@@ -1,6 +1,6 @@
 /* Operators of dipping planes: against the vertical ones, against each other, and turned. */
-#include "unit.h"
-#include "products.h"
+#include "cells.h"
+#include "operators.h"
 #include <math.h>
 
 #define NX 9
@@ -14,27 +14,6 @@ static SlipDippingGrid Grid(PetscReal dip, const PetscReal rake[])
   return (SlipDippingGrid){.grid = {NX, NZ, 900, 640, 100, Rock}, .dip = dip, .rake = rake};
 }
 
-static PetscReal LargestOf(Mat A)
-{
-  PetscReal norm;
-
-  ok(MatNorm(A, NORM_INFINITY, &norm));
-  return norm / N;
-}
-
-/* The difference of two dense matrices over the mean entry of a */
-static PetscReal Differ(Mat a, Mat b, PetscReal scale)
-{
-  PetscReal norm;
-  Mat d;
-
-  ok(MatDuplicate(a, MAT_COPY_VALUES, &d));
-  ok(MatAXPY(d, -1, b, SAME_NONZERO_PATTERN));
-  norm = LargestOf(d) / scale;
-  ok(MatDestroy(&d));
-  return norm;
-}
-
 /* Dip 90 and rake 0 are the vertical plane, whose normal stress slip does not change; 1e-11: both kernels lose some
    digits of 1e-16 between corners, ten cells away. */
 static void vertical_is_the_limit(void **state)
@@ -44,15 +23,12 @@ static void vertical_is_the_limit(void **state)
   SlipGrid vertical = dipping.grid;
   Mat K, Kn, old;
 
-  (void)state;
   vertical.kernel.type = &SlipKernelStrikeSlip;
   ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &dipping, "dense", &K, &Kn));
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &vertical, "dense", &old));
-  assert_true(Differ(K, old, LargestOf(old)) < 1e-11);
-  assert_true(LargestOf(Kn) < 1e-11 * LargestOf(old));
-  ok(MatDestroy(&K));
-  ok(MatDestroy(&Kn));
-  ok(MatDestroy(&old));
+  assert_true(LargestDifference(K, old) < 1e-11 * LargestDifference(old, NULL));
+  assert_true(LargestDifference(Kn, NULL) < 1e-11 * LargestDifference(old, NULL));
+  ObjectsDestroy(&K, &Kn, &old);
 }
 
 /* Reciprocity: what the centres' stresses lack of symmetry is the error of taking them there, and goes with the cells'
@@ -65,7 +41,6 @@ static void stiffness_is_nearly_symmetric(void **state)
                  other = {.rectangle = {1800, -900, 1500, 50, 40, 140, 60}, .rake = -20};
   PetscReal ab[2], ba[2], fine[2][2];
 
-  (void)state;
   SlipKernelBlock(&Rock, &a, &b, ab);
   SlipKernelBlock(&Rock, &b, &a, ba);
   SlipKernelBlock(&Rock, &near, &other, fine[0]);
@@ -76,15 +51,13 @@ static void stiffness_is_nearly_symmetric(void **state)
   assert_true(PetscAbsReal(fine[0][0] - fine[1][0]) / 2000 < 0.3 * PetscAbsReal(ab[0] - ba[0]) / 8000);
 }
 
-/* Pairs at once are pairs one by one: of cells of one plane, whose directions are kept from one to the next, and of
-   others; of numbers that no vector is full of. Rounding only, where compilers fuse products: 1e-13 of the largest. */
+/* Of cells of one plane, whose directions are kept from one to the next, and of others; of numbers that no vector is
+   full of */
 static void pairs_at_once(void **state)
 {
   enum { pairs = 53 };
   SlipCell receiver[pairs], source[pairs];
-  PetscReal at_once[2 * pairs], block[2], largest = 0;
 
-  (void)state;
   for (int space = 0; space < 2; space++) {
     SlipKernel kernel = Rock;
 
@@ -98,12 +71,7 @@ static void pairs_at_once(void **state)
                              .rake = k > 30 ? 3.0 * k : 60};
     }
     receiver[17] = source[17]; /* a cell on itself */
-    (*kernel.type->centres)(&kernel, pairs, receiver, source, at_once);
-    for (int k = 0; k < 2 * pairs; k++) largest = PetscMax(largest, PetscAbsReal(at_once[k]));
-    for (int k = 0; k < pairs; k++) {
-      SlipKernelBlock(&kernel, &receiver[k], &source[k], block);
-      for (int i = 0; i < 2; i++) AssertNear(at_once[2 * k + i], block[i], 1e-13 * largest);
-    }
+    AssertPairsAtOnce(&kernel, pairs, receiver, source);
   }
 }
 
@@ -116,7 +84,6 @@ static void turned_problems_have_the_same_operators(void **state)
   SlipCells cells[2];
   Mat K[2], Kn[2];
 
-  (void)state;
   for (PetscInt e = 0; e < 2 * N; e++) {
     const PetscReal down = 80 * ((e % N) / NX + 0.5), along = 100 * (e % NX), dip = e < N ? 50 : 70;
     const PetscReal angle = dip * PETSC_PI / 180,
@@ -131,60 +98,27 @@ static void turned_problems_have_the_same_operators(void **state)
     column[1][5][e] += turn;
   }
   for (int t = 0; t < 2; t++) {
-    cells[t] = (SlipCells){.n = 2 * N,
-                           .x = column[t][0],
-                           .y = column[t][1],
-                           .z = column[t][2],
-                           .length = column[t][3],
-                           .width = column[t][4],
-                           .strike = column[t][5],
-                           .dip = column[t][6],
-                           .rake = column[t][7],
-                           .kernel = Rock};
+    cells[t] = DippingCellsOfColumns(2 * N, column[t][0]);
     ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells[t], "dense", 1e-8, &K[t]));
     ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &cells[t], "dense", 1e-8, &Kn[t]));
   }
-  assert_true(Differ(K[0], K[1], LargestOf(K[0])) < 1e-11);
-  assert_true(Differ(Kn[0], Kn[1], LargestOf(K[0])) < 1e-11);
-  for (int t = 0; t < 2; t++) {
-    ok(MatDestroy(&K[t]));
-    ok(MatDestroy(&Kn[t]));
-  }
+  assert_true(LargestDifference(K[0], K[1]) < 1e-11 * LargestDifference(K[0], NULL));
+  assert_true(LargestDifference(Kn[0], Kn[1]) < 1e-11 * LargestDifference(K[0], NULL));
+  for (int t = 0; t < 2; t++) ObjectsDestroy(&K[t], &Kn[t]);
 }
 
-/* Products of hierarchical storage, of K and of Kn, which is not symmetric, and both at once, to ten times the
-   tolerance of its blocks, 1e-8 by default; share: what it may take of a dense matrix */
+/* Products of hierarchical storage of the tolerance 1e-8 by default; share: what it may take of a dense matrix */
 static void Hierarchical(const SlipDippingGrid *grid, PetscReal share)
 {
-  const PetscReal bound = 10 * (grid->tolerance != 0 ? grid->tolerance : (PetscReal)1e-8);
   const PetscInt n = grid->grid.nx * grid->grid.nz;
+  PetscReal most, all;
   Mat K[2], Kn[2];
-  Vec u, f[2], c[2];
-  PetscReal size, most, all;
 
-  for (int t = 0; t < 2; t++)
-    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, grid, t ? "hmat" : "dense", &K[t], &Kn[t]));
-  ok(MatCreateVecs(K[0], &u, &f[0]));
-  ok(VecDuplicate(u, &f[1]));
-  for (int t = 0; t < 2; t++) ok(VecDuplicate(u, &c[t]));
-  for (int uniform = 0; uniform < 2; uniform++) {
-    for (PetscInt i = 0; i < n; i++)
-      ok(VecSetValue(u, i, uniform ? 1 : PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-    ok(MatMult(K[0], u, f[0]));
-    ok(MatMult(Kn[0], u, c[0]));
-    ok(MatSlipStiffnessMultBoth(K[1], Kn[1], u, f[1], c[1]));
-    ok(VecNorm(f[0], NORM_2, &size));
-    AssertVecNear(f[1], f[0], NORM_2, bound * size);
-    AssertVecNear(c[1], c[0], NORM_2, bound * size);
-  }
+  for (int t = 0; t < 2; t++) ok(CreateOfGrid(grid, t ? "hmat" : "dense", &K[t], &Kn[t]));
+  AssertHierarchical(K, Kn, grid->tolerance != 0 ? grid->tolerance : (PetscReal)1e-8);
   ok(MatSlipGetMemory(K[1], &most, &all));
   assert_true(all < share * (PetscReal)sizeof(PetscReal) * (PetscReal)n * (PetscReal)n);
-  ObjectsDestroy(&u, &f[0], &f[1]);
-  for (int t = 0; t < 2; t++) {
-    ok(VecDestroy(&c[t]));
-    ok(MatDestroy(&K[t]));
-    ok(MatDestroy(&Kn[t]));
-  }
+  ObjectsDestroy(&K[0], &K[1], &Kn[0], &Kn[1]);
 }
 
 /* A plane with rakes that vary, and a fault in plane strain: one column of cells 1e7 m long, which are far from each
@@ -197,7 +131,6 @@ static void hierarchical_is_dense(void **state)
   const SlipDippingGrid loose = {.grid = plane.grid, .dip = 25, .rake = rake, .tolerance = 1e-3};
   const SlipDippingGrid strain = {.grid = {1, line, 1e7, 40e3, 0, Rock}, .dip = 60, .rake = rake};
 
-  (void)state;
   for (PetscInt e = 0; e < nx * nz; e++) rake[e] = 60 + 0.1 * e;
   Hierarchical(&plane, 0.6);
   Hierarchical(&loose, 0.4); /* 0.34 with 1e-3, 0.52 with 1e-8 */
@@ -214,7 +147,6 @@ static void stress_is_even_or_odd_along_strike(void **state)
   const SlipDippingRectangle source = {0, 0, 300, 100, 80, 0, 35};
   PetscReal points[2][3], traction[2][3], own[3];
 
-  (void)state;
   for (PetscInt slip = 0; slip < 2; slip++) {
     ok(SlipKernelDipping.plane(&Rock, &source, slip, 1, &source.x, own));
     for (PetscInt d = 1; d < 10; d++)
@@ -231,56 +163,11 @@ static void stress_is_even_or_odd_along_strike(void **state)
   }
 }
 
-/* The largest difference of two dense matrices over the largest entry of size */
-static PetscReal LargestDifference(Mat a, Mat b, Mat size)
-{
-  PetscReal most[2] = {0, 0};
-  const PetscScalar *pa, *pb, *ps;
-  PetscInt n;
-
-  ok(MatGetSize(a, &n, NULL));
-  ok(MatDenseGetArrayRead(a, &pa));
-  ok(MatDenseGetArrayRead(b, &pb));
-  ok(MatDenseGetArrayRead(size, &ps));
-  for (PetscInt i = 0; i < n * n; i++) {
-    most[0] = PetscMax(most[0], PetscAbsScalar(pa[i] - pb[i]));
-    most[1] = PetscMax(most[1], PetscAbsScalar(ps[i]));
-  }
-  ok(MatDenseRestoreArrayRead(a, &pa));
-  ok(MatDenseRestoreArrayRead(b, &pb));
-  ok(MatDenseRestoreArrayRead(size, &ps));
-  return most[0] / most[1];
-}
-
-/* fft against dense, all entries, the diagonal, and what is asked for without Kn. 1e-12 of K's largest entry:
-   transforms of 2 nx numbers round to some 1e-16 of that, and kernels ten cells away to 1e-14 of themselves, see
-   above. */
 static void CompareTypes(PetscInt nx, PetscInt nz, const PetscReal rake[])
 {
   const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, 50, Rock}, .dip = 40, .rake = rake};
-  Mat dense[2], fft[2], entries[2], alone;
-  Vec d[2];
 
-  ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &dense[0], &dense[1]));
-  ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &fft[0], &fft[1]));
-  ok(MatCreateVecs(fft[0], &d[0], &d[1]));
-  for (int t = 0; t < 2; t++) {
-    PetscReal size;
-
-    ok(MatConvert(fft[t], MATDENSE, MAT_INITIAL_MATRIX, &entries[t]));
-    assert_true(LargestDifference(entries[t], dense[t], dense[0]) < 1e-12);
-    ok(MatGetDiagonal(dense[0], d[0]));
-    ok(VecNorm(d[0], NORM_INFINITY, &size));
-    ok(MatGetDiagonal(dense[t], d[0]));
-    ok(MatGetDiagonal(fft[t], d[1]));
-    AssertVecNear(d[1], d[0], NORM_INFINITY, 1e-12 * size);
-  }
-  ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &alone, NULL));
-  ok(MatDestroy(&entries[0]));
-  ok(MatConvert(alone, MATDENSE, MAT_INITIAL_MATRIX, &entries[0]));
-  assert_true(LargestDifference(entries[0], dense[0], dense[0]) < 1e-12);
-  for (int t = 0; t < 2; t++) ObjectsDestroy(&dense[t], &fft[t], &entries[t], &d[t]);
-  ok(MatDestroy(&alone));
+  AssertTransforms(&grid);
 }
 
 /* Sizes with a middle and without, one column and one row, rows that vectors of eight take and leave over; rakes that
@@ -291,7 +178,6 @@ static void transforms_are_dense(void **state)
   const PetscReal uniform[] = {0, 90, 37, 180, -90};
   PetscReal rake[N];
 
-  (void)state;
   for (size_t s = 0; s < PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
     for (size_t r = 0; r < PETSC_STATIC_ARRAY_LENGTH(uniform); r++) {
       for (PetscInt e = 0; e < N; e++) rake[e] = uniform[r];
@@ -312,7 +198,7 @@ static void AssertBoth(Mat K, Mat Kn, Mat dense[2], const PetscReal scale[2])
 
   ok(MatCreateVecs(K, &u, &f[0]));
   VecsDuplicate(u, &f[1], &n[0], &n[1]);
-  for (PetscInt i = 0; i < N; i++) ok(VecSetValue(u, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  ok(VecFillSines(u));
   ok(MatMult(dense[0], u, f[0]));
   ok(MatMult(dense[1], u, n[0]));
   ok(VecNorm(f[0], NORM_INFINITY, &size));
@@ -335,7 +221,6 @@ static void both_at_once(void **state)
   Mat K[3], Kn[3], dense[2];
   Vec x, y;
 
-  (void)state;
   for (int general = 0; general < 2; general++) {
     for (PetscInt e = 0; e < N; e++) rake[e] = general ? 5 * e : 90;
     SlipDippingGrid grid = Grid(30, rake);
@@ -366,7 +251,6 @@ static void storage_of_transforms(void **state)
   PetscBool known, symmetric;
   Mat K, Kn;
 
-  (void)state;
   for (int general = 0; general < 2; general++) {
     for (PetscInt e = 0; e < N; e++) rake[e] = general ? 5 * e : 0;
     SlipDippingGrid grid = Grid(30, rake);
@@ -399,7 +283,6 @@ static void long_cells_are_plane_strain(void **state)
   SlipKernel full = Rock;
   PetscReal block[2];
 
-  (void)state;
   full.full_space = PETSC_TRUE;
   SlipKernelBlock(&full, &receiver, &source, block);
   AssertNear(block[0], expected, 1e-6 * PetscAbsReal(expected)); /* (d/length)^2, and corners of 1e8 m: 1e-16 1e8/w */
@@ -413,7 +296,6 @@ static void what_is_refused(void **state)
   const SlipKernelType slow = {.name = "slow", .components = 1, .normals = 1, .centre = SlipKernelDipping.centre};
   Mat K;
 
-  (void)state;
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &K, NULL),
         "Dip must lie in (0, 90] degrees, not 95");
   grid.dip = 40;
@@ -445,7 +327,6 @@ static void auto_chooses(void **state)
   PetscBool same;
   Mat K;
 
-  (void)state;
   for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
     SlipDippingGrid grid = {.grid = {cases[c].nx, cases[c].nz, 1600, 1600, 0, Rock}, .dip = 40, .rake = rake};
 

@@ -35,7 +35,6 @@ static void jacobian_is_the_derivative(void **state)
   uint64_t seed = 1;
   PetscInt sliding = 0, sticking = 0;
 
-  (void)state;
   for (int trial = 0; trial < 300; trial++) {
     const PetscReal weakening = trial % 2 ? 0.3 : 0;
     PetscReal B[DIM][DIM], x[DIM], c[DIM], F[DIM], mask[DIM], slope[DIM], cross[N], normal[DIM], hold[N], z[DIM];
@@ -104,7 +103,6 @@ static void natural_map_is_zero_at_solutions(void **state)
   const PetscReal g[] = {-1.2, -1.6, 1.2, -1, 1.5, 2, 0, 0};
   PetscReal F[8], mask[8], normal[8], hold[4], slope[8], cross[4], r[8], y[8];
 
-  (void)state;
   for (PetscReal s = 0.125; s < 20; s *= 4) {
     const PetscReal rho[] = {s, s, s, s, s, s, s, s};
 
@@ -130,7 +128,6 @@ static void edge_of_sticking(void **state)
   const PetscReal x[2] = {0}, q = 1, dq = -1, rho[] = {0.5, 0.5};
   PetscReal F[2], mask[2], normal[2], hold, slope[2], cross;
 
-  (void)state;
   for (int k = 0; k < 40; k++) {
     const PetscReal size = 1 + pow(10, 2 - k), g[] = {-0.6 * size, -0.8 * size};
 
@@ -156,7 +153,6 @@ static void finish_and_turning(void **state)
   const PetscReal from[] = {1, 0, 1, 0, 1, 0, 1, 0};
   PetscReal x[] = {0.5, 0.5, -0.5, 0.5, 0, 0.25, -7, 2}, r[8], to[] = {0.1, 5, -0.1, 5, 0, 5, -1, 0};
 
-  (void)state;
   SlipDiskFinish(4, 2, 1, g, q, rho, x, r);
   AssertNear(x[0] * 3.5, x[1] * 0.5, 1e-15); /* along z = (0.5, 3.5), as fast as before */
   AssertNear(hypot(x[0], x[1]), hypot(0.5, 0.5), 1e-15);

@@ -21,22 +21,19 @@ static PetscErrorCode SetUp_Strain(SlipElastic el, const SlipElasticRock *rock)
 {
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(VecDuplicate(rock->along, &c->along));
-  PetscCall(VecCopy(rock->along, c->along));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecCopy(rock->along, c->along);
 }
 
 static PetscErrorCode Force_Strain(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
   if (u && shear) PetscCall(VecAXPY(shear, -t * c->rate, c->along));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The rate is part of the problem: a run with another one is another run. */
@@ -45,24 +42,21 @@ static PetscErrorCode Visit_Strain(SlipElastic el, SlipState s)
   PetscReal then;
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   then = c->rate;
   PetscCall(SlipStateReal(s, "rate", 1, &then));
   PetscCheck(then == c->rate, PETSC_COMM_SELF, PETSC_ERR_ARG_INCOMP, "the medium's rate is %g Pa/s, was %g Pa/s",
              (double)c->rate, (double)then);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Destroy_Strain(SlipElastic el)
 {
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(VecDestroy(&c->along));
-  PetscCall(PetscFree(c));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscFree(c);
 }
 
 static PetscErrorCode Create_Strain(SlipElastic el)
@@ -74,11 +68,9 @@ static PetscErrorCode Create_Strain(SlipElastic el)
                               .loads = PETSC_TRUE};
   Strain *c;
 
-  PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->rate = Rate;
-  PetscCall(SlipElasticSetOps(el, &ops, c));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipElasticSetOps(el, &ops, c);
 }
 
 /* A fault of two components or one, under the rate by the medium or by its option; two sizes of cells' sides */
@@ -87,8 +79,8 @@ static SlipFault Make(PetscBool medium, PetscInt components, PetscReal rate)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 5}, {"nz", 4}, {"slip_components", components}, {"rake", 30}, {"dip", 60}));
   ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
+  ok(FaultSetReals(fault, {"nx", 5}, {"nz", 4}, {"slip_components", components}, {"rake", 30}, {"dip", 60}));
   if (medium) {
     Rate = rate;
     ok(SlipFaultSetString(fault, "medium", "strain"));
@@ -113,7 +105,6 @@ static Vec Run(SlipFault fault, TSAdaptType type, PetscReal dt, PetscReal end, P
    chooses by default, as a medium that loads is a load to it. */
 static void strain_is_stressing(void **state)
 {
-  (void)state;
   ok(SlipElasticRegister("strain", Create_Strain));
   for (PetscInt components = 1; components < 3; components++)
     for (int constant = 0; constant < 2; constant++) {
@@ -131,15 +122,13 @@ static void strain_is_stressing(void **state)
       ok(VecNorm(w[0], NORM_INFINITY, &norm));
       assert_true(norm > 1e-3);
       AssertVecNear(w[1], w[0], NORM_INFINITY, 1e-12 * norm);
-      ok(VecDestroy(&w[0]));
-      ok(VecDestroy(&w[1]));
+      ObjectsDestroy(&w[0], &w[1]);
     }
 }
 
 /* What a medium without memory keeps in a checkpoint is looked at where a run goes on. */
 static void another_rate(void **state)
 {
-  (void)state;
   for (int k = 0; k < 3; k++) {
     SlipFault fault = Make(PETSC_TRUE, 1, k == 2 ? 2e4 : 1e4);
     PetscReal omega;
@@ -160,9 +149,7 @@ static void another_rate(void **state)
       ok(TSSolve(ts, w));
       ok(SlipFaultCheckpointFinish(fault, ts, &stopped));
     }
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
   (void)remove("strain.state");
 }
@@ -171,26 +158,18 @@ static PetscInt Multiplied; /* products with the stiffness below */
 
 static PetscErrorCode CountedMult(Mat K, Vec x, Vec y)
 {
-  PetscFunctionBegin;
-  (void)K;
   Multiplied++;
-  PetscCall(VecAXPBY(y, 2, 0, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAXPBY(y, 2, 0, x);
 }
 
 static PetscErrorCode Force_Alone(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
-  PetscFunctionBegin;
-  (void)el, (void)t, (void)normal;
-  PetscCall(VecAXPBY(shear, 2, 0, u ? u : v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAXPBY(shear, 2, 0, u ? u : v);
 }
 
 static PetscErrorCode Create_Alone(SlipElastic el)
 {
-  PetscFunctionBegin;
-  PetscCall(SlipElasticSetOps(el, &(SlipElasticOps){.force = Force_Alone}, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipElasticSetOps(el, &(SlipElasticOps){.force = Force_Alone}, NULL);
 }
 
 /* Products with a stiffness of a user's are counted as it counts itself, those of a viscosity included; a medium that
@@ -201,7 +180,6 @@ static void products_are_counted(void **state)
   Mat K, B;
   Vec x, y;
 
-  (void)state;
   ok(SlipElasticInitializePackage());
   ok(SlipElasticRegister("alone", Create_Alone));
   for (int k = 0; k < 3; k++) {
@@ -235,10 +213,7 @@ static void products_are_counted(void **state)
     assert_int_equal(k == 1 ? 2 : 0, now.h - before.h);
     assert_int_equal(now.k - before.k, now.all - before.all);
     assert_true(k != 1 || Multiplied > 3);
-    ok(SlipElasticDestroy(&el));
-    ok(MatDestroy(&K));
-    ok(VecDestroy(&x));
-    ok(VecDestroy(&y));
+    ObjectsDestroy(&el, &K, &x, &y);
   }
 }
 
@@ -250,20 +225,16 @@ static PetscInt products;
 /* An affine f, which counts */
 static PetscErrorCode Force_Offset(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
-  PetscFunctionBegin;
   products++;
   PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
-  PetscCall(VecShift(shear, 1e9));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecShift(shear, 1e9);
 }
 
 static PetscErrorCode Create_Offset(SlipElastic el)
 {
   const SlipElasticOps ops = {.force = Force_Offset};
 
-  PetscFunctionBegin;
-  PetscCall(SlipElasticSetOps(el, &ops, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipElasticSetOps(el, &ops, NULL);
 }
 
 /* Of the dense D^-1 K D^-1/mass, D^2 = diag(weights), column by column */
@@ -284,8 +255,7 @@ static PetscReal LargestOf(Mat K)
 
     ok(VecZeroEntries(x));
     ok(VecSetValue(x, j, 1, INSERT_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     ok(MatMult(K, x, y));
     ok(VecGetArray(y, &k));
     if (w) ok(VecGetValues(w, 1, &j, &wj));
@@ -301,8 +271,7 @@ static PetscReal LargestOf(Mat K)
   assert_int_equal(info, 0);
   largest = PetscSqrtReal(omega[N - 1]);
   ok(PetscFree3(A, omega, work));
-  ok(VecDestroy(&x));
-  ok(VecDestroy(&y));
+  ObjectsDestroy(&x, &y);
   return largest;
 }
 
@@ -315,7 +284,6 @@ static void largest_frequency(void **state)
   const SlipGrid grids[] = {{20, 15, 3000, 2400, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
                             {1, 1, 100, 100, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)}};
 
-  (void)state;
   ok(SlipElasticRegister("offset", Create_Offset));
   for (int kind = 0; kind < 6; kind++) {
     SlipElasticRock rock = {
@@ -363,7 +331,6 @@ static void largest_frequency(void **state)
 /* A run that has found it writes it to its file, and another one has none. */
 static void in_the_file(void **state)
 {
-  (void)state;
   for (int found = 0; found < 2; found++) {
     SlipFault fault = Make(PETSC_FALSE, 1, 0);
     PetscReal omega, written;
@@ -386,9 +353,7 @@ static void in_the_file(void **state)
       AssertNear(written, omega, 0);
     }
     ok(SlipH5Close(&h));
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
   (void)remove("frequency.h5");
 }

@@ -10,9 +10,59 @@ static SlipPolicy policy(double h, double slope)
   return PolicyOfOne("log_accuracy", slope, atanh(log10(h) / 2) + 2 * slope, 1e2);
 }
 
+/* EnvActorFn: an action that never changes */
+static PetscErrorCode same(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
+{
+  *action = *(const PetscReal *)ctx;
+  return 0;
+}
+
+/* The rewards of "dial" add up to the price of the attempts and the penalties of the episode's cost, that of an
+   independent run by the library. Both do the same steps: nothing but the order of sums differs. */
+static void rewards(void **state)
+{
+  SlipPolicy steps = policy(2, 0); /* long ones, so that there are penalties */
+  PetscReal action = log10(2) / 2;
+  EnvOptions o = {.problem = &ProblemDial,
+                  .nobs = 1,
+                  .scale = {1},
+                  .dt_min = 1e-2,
+                  .dt_max = 1e2,
+                  .dt_min_unit = "T*",
+                  .dt_max_unit = "T*",
+                  .log_spacing = PETSC_TRUE,
+                  .continuation = 0.2};
+  char name[] = "log_accuracy";
+
+  o.names[0] = name;
+  ok(RewardFind("dial", &o.reward));
+  for (int k = 0; k < 2; k++) { /* one cell, and a mesh */
+    EnvInstance instance = {.drawn = PETSC_TRUE, .value = {12 + k, k ? 0.1 : 0.9, 1e-2}};
+    Environment env;
+    EnvResult r;
+    EpisodeResult run;
+    Episode *e;
+
+    ok(EnvCreate(&o, &env));
+    ok(ProblemDial.reference_create(&o, &instance, &instance.reference));
+    ok(EnvRunInstance(&env, &instance, same, &action, &r));
+    ok(EnvInstanceDestroy(&o, &instance));
+    ok(EpisodeCreate(NULL, (uint64_t)(12 + k), k ? 7 : 1, &e));
+    ok(EpisodeRunLibrary(e, steps, 1e-2, &run));
+    assert_true(r.finished && run.done == 1 && run.solves == r.attempts);
+    assert_true(fabs(r.error[0] - run.error / 1e-2) < 1e-9);
+    const double penalties = EpisodeCost(&run, 1e-2) - log((double)run.solves + 1);
+
+    assert_true(penalties > 0.1);
+    print_message("%d cells: %d solves, penalties %.3f\n", (int)e->plain.n, (int)run.solves, penalties);
+    assert_true(fabs(r.total + penalties + (double)run.solves / (2.5 * pow(1e-2, -0.36))) < 1e-8);
+    ok(EpisodeDestroy((void **)&e));
+  }
+  ok(SlipPolicyDestroy(&steps));
+}
+
 static void penalty(void **state)
 {
-  (void)state;
   assert_true(EpisodePenalty(0) == 0 && EpisodePenalty(0.5) == 0);
   assert_true(EpisodePenalty(0.75) == 0.25 && EpisodePenalty(1) == 1);
   assert_true(fabs(EpisodePenalty(exp(1)) - 4) < 1e-14);
@@ -25,7 +75,6 @@ static void cost(void **state)
   const EpisodeResult good = {.solves = 20, .error = 1e-3, .done = 1}, more = {.solves = 40, .error = 1e-3, .done = 1};
   const EpisodeResult off = {.solves = 20, .error = 0.05, .done = 1}, cut = {.solves = 20, .error = 1e-3, .done = 0.9};
 
-  (void)state;
   assert_true(fabs(EpisodeCost(&good, 1e-2) - log(21)) < 1e-14); /* nothing but solves well within the dial */
   assert_true(EpisodeCost(&more, 1e-2) > EpisodeCost(&good, 1e-2));
   assert_true(EpisodeCost(&off, 1e-2) >
@@ -41,7 +90,6 @@ static void reproducible(void **state)
   EpisodeResult r[4];
   Episode *a, *b;
 
-  (void)state;
   for (PetscInt side = 1; side <= 3; side += 2) {
     ok(EpisodeCreate(NULL, 77, side, &a));
     ok(EpisodeCreate(NULL, 77, side, &b));
@@ -65,13 +113,11 @@ static void reproducible(void **state)
    a run at rtol 1e-7 of some thousand steps less. The dial goes down to 1e-3, a tenth of which is allowed. */
 static PetscErrorCode collect(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
-  (void)ts;
   return attempt->accepted ? EpisodeFollow((Episode *)ctx, attempt->time + attempt->dt, w) : 0;
 }
 
 static void reference(void **state)
 {
-  (void)state;
   for (uint64_t seed = 1; seed <= 6; seed++) {
     Episode *e;
     EpisodeResult r;
@@ -106,7 +152,6 @@ static void growth(void **state)
 {
   int found = 0;
 
-  (void)state;
   for (uint64_t seed = 100; found < 4; seed++) {
     Episode *e;
     PetscReal perturbation, first[2] = {0, 0}, last[2] = {0, 0};
@@ -222,14 +267,12 @@ static void plain_steps(PetscBool moreau)
 
 static void plain(void **state)
 {
-  (void)state;
   plain_steps(PETSC_FALSE);
 }
 
 /* Explicit steps, whose H the library multiplies with to an error of the dial */
 static void plain_explicit(void **state)
 {
-  (void)state;
   plain_steps(PETSC_TRUE);
 }
 
@@ -241,7 +284,6 @@ static void plain_products(void **state)
   EpisodeResult r;
   Episode *e;
 
-  (void)state;
   ok(EpisodeCreateProducts(NULL, 5, 3, &e));
   assert_true(e->fineness >= 1 && e->fineness <= 30 && SlipMethodSolve(&e->costs, 1) >= 8 &&
               SlipMethodSolve(&e->costs, 1) <= 100);
@@ -284,7 +326,6 @@ static void plain_small(void **state)
   double scale[NAMES], offset[NAMES] = {0}, w[NAMES * HIDDEN], b[HIDDEN], out[HIDDEN], bias = 0;
   Random random;
 
-  (void)state;
   RandomSeed(&random, 9);
   for (int i = 0; i < NAMES; i++) scale[i] = 0.5;
   for (uint64_t seed = 0; seed < 12; seed++) {
@@ -331,7 +372,6 @@ static void draws(void **state)
   Random random;
   PetscReal low = PETSC_MAX_REAL, high = 0;
 
-  (void)state;
   RandomSeed(&random, 3);
   for (int k = 0; k < 200; k++) {
     FaultDrawAtRandom(&random, k % 2 ? 8 : 1, &d);
@@ -347,4 +387,5 @@ static void draws(void **state)
   assert_true(high > 10 * low);
 }
 
-SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_explicit, plain_products, plain_small, draws)
+SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_explicit, plain_products, plain_small, draws,
+           rewards)

@@ -8,7 +8,6 @@
 /* y = t^2 and its rate 2 t on [0, 2], or that shifted up */
 static PetscErrorCode Fill(Table *t, PetscInt n, PetscReal shift, PetscReal rate_shift)
 {
-  PetscFunctionBegin;
   t->width = 3;
   for (PetscInt i = 0; i <= n; i++) {
     const PetscReal time = 2 * (PetscReal)i / (PetscReal)n;
@@ -16,7 +15,7 @@ static PetscErrorCode Fill(Table *t, PetscInt n, PetscReal shift, PetscReal rate
 
     PetscCall(TableAdd(t, row));
   }
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* An error that grows as 0.1 t: 0.2 at the end of 4, the largest there too; int (0.1 t)^2 = 0.01 * 8/3, int t^4 =
@@ -27,7 +26,6 @@ static void test_known_errors(void **state)
   Table ref = {0}, run = {0};
   EvaluateResult r = {0};
 
-  (void)state;
   ok(Fill(&ref, 400, 0, 0));
   ok(Fill(&run, 200, 0.1, 0.5));
   ok(EvaluateErrors(&p, NULL, &ref, &run, &r));
@@ -50,7 +48,6 @@ static void test_between_rows(void **state)
   Table ref = {0}, run = {.width = 3};
   EvaluateResult r = {0};
 
-  (void)state;
   ok(Fill(&ref, 2, 0, 0));
   for (int i = 0; i < 3; i++) ok(TableAdd(&run, rows[i]));
   ok(EvaluateErrors(&p, NULL, &ref, &run, &r));
@@ -65,10 +62,9 @@ static void test_between_rows(void **state)
 
 static PetscErrorCode Exact(void *model, PetscReal t, PetscReal row[])
 {
-  PetscFunctionBegin;
   row[0] = *(const PetscReal *)model * t;
   row[1] = 0;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* Two states, an exact solution (3 t, 0), errors (0, 1) at every row but the first: norms of both states. */
@@ -80,7 +76,6 @@ static void test_exact_solution_of_two_states(void **state)
   Table ref = {.width = 3}, run = {.width = 3};
   EvaluateResult r = {0};
 
-  (void)state;
   for (int i = 0; i < 3; i++) {
     const PetscReal row[] = {rows[i][0], rows[i][1], 0};
 

@@ -20,7 +20,6 @@ static void parameters(void **state)
   SlipFault fault = Make(2, 2);
   PetscReal x;
 
-  (void)state;
   ok(SlipFaultGetReal(fault, "thickness", &x));
   assert_true(x == 3000);
   ok(SlipFaultSetReal(fault, "length_x", 5000));
@@ -51,7 +50,6 @@ static void mesh_first(void **state)
   SlipFault fault = Make(3, 2);
   PetscReal z[6], a[6], got[6];
 
-  (void)state;
   ok(FaultSetReals(fault, {"length_x", 3000}, {"length_z", 4000}, {"dip", 30}, {"strike", 350}, {"depth_top", 500}));
   fails(SlipFaultGetGeometry(fault, "z", 6, z), "call SlipFaultSetUpMesh() or SlipFaultSetUp() first");
   ok(SlipFaultSetUpMesh(fault));
@@ -116,7 +114,6 @@ static void two_faults(void **state)
   Mat K;
   TS ts;
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++)
     ok(PetscOptionsSetValue(NULL, options[i][0], options[i][1]));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &upper));
@@ -159,8 +156,7 @@ static void two_faults(void **state)
 
   again = Make(2, 3);
   ok(SlipFaultSetOptionsPrefix(again, "third_"));
-  ok(SlipFaultSetString(again, "operator", "hmat"));
-  ok(SlipFaultSetString(again, "viscosity", "spectral"));
+  ok(FaultSetStrings(again, {"operator", "hmat"}, {"viscosity", "spectral"}));
   fails(SlipFaultSetUp(again), "-third_fault_viscosity spectral needs a uniform grid with -third_fault_operator dense");
   ok(SlipFaultDestroy(&again));
 }
@@ -171,7 +167,6 @@ static void normal_stress(void **state)
   const PetscReal given[4][3] = {{NAN, NAN, 15e3}, {1e6, NAN, 0}, {1e6, 2e3, 2e3}, {NAN, 2e3, 2e3}};
   SlipFault fault;
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     PetscReal gradient;
 
@@ -201,13 +196,11 @@ static void scaling_and_critical_state(void **state)
   Vec sigma, x;
   PetscReal mean, stress, norm, sum;
 
-  (void)state;
   ok(SlipFaultSetString(fault, "stiffness_scaling", "mean_slip"));
   ok(SlipFaultSetUp(fault));
   VecsDuplicate(fault->critical.uc, &sigma, &x);
   for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->fields.cell[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
-  ok(VecAssemblyBegin(sigma));
-  ok(VecAssemblyEnd(sigma));
+  ok(VecAssemble(sigma));
   ok(SlipElasticSolve(fault->medium, sigma, x));
   ok(VecSum(x, &mean));
   ok(VecSum(sigma, &stress));
@@ -227,7 +220,6 @@ static void elasticity_is_left_alone(void **state)
   PetscReal K;
   Vec d;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   assert_true(fault->operators.scaling == 1);
   ok(SlipFaultGetWork(fault, &d));
@@ -264,7 +256,6 @@ static void field_file(void **state)
   PetscReal data[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   SlipFault fault = Make(3, 2);
 
-  (void)state;
   WriteField(file, "/friction_slip", 2, 3, data);
   ok(SlipFaultSetString(fault, "parameters", file));
   ok(SlipFaultSetUp(fault));
@@ -291,10 +282,8 @@ static void stiffness_file(void **state)
   PetscReal good[4] = {3e7, -1e7, -1e7, 3e7}, x;
   SlipFault fault = Make(2, 1);
 
-  (void)state;
   WriteField(file, "/run/K", 2, 2, good);
-  ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
-  ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
+  ok(FaultSetStrings(fault, {"stiffness_file", "test_fault_stiffness.h5:/run/K"}, {"stiffness_scaling", "none"}));
   ok(SlipFaultSetUp(fault));
   ok(MatNorm(fault->medium->K, NORM_FROBENIUS, &x));
   assert_true(fabs(x - sqrt(20.) * 1e7) < 1e-8); /* one rounding of a number of 4.5e7 is 7e-9 */
@@ -317,7 +306,6 @@ static void stiffness_view(void **state)
   Mat K, dense;
   PetscBool same;
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-fault_stiffness_view", "binary:test_fault_view.bin"));
   ok(SlipFaultSetFromOptions(fault));
   ok(PetscOptionsClearValue(NULL, "-fault_stiffness_view"));
@@ -347,7 +335,6 @@ static void elimination(void **state)
   PetscReal *a, *b, *c, *f;
   const PetscReal *g;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "loading_rate", 0.02));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &base));
@@ -368,7 +355,7 @@ static void elimination(void **state)
   ok(VecGetArray(base, &b));
   ok(VecGetArray(ex, &c));
   ok(VecGetArray(F, &f));
-  ok(VecGetArrayRead(r, &g));
+  g = VecRead(r);
   for (PetscInt i = 0; i < 6; i++) {
     const PetscReal *wi = a + 3 * i, *bi = b + 3 * i, *ci = c + 3 * i, *fi = f + 3 * i;
 
@@ -376,7 +363,6 @@ static void elimination(void **state)
     assert_true(fabs((wi[1] - bi[1]) / 0.37 - (fi[1] + ci[1])) < 1e-12); /* numbers of size 1 */
     assert_true(fabs((wi[2] - bi[2]) / 0.37 - (fi[2] + ci[2])) < 1e-12);
   }
-  ok(VecRestoreArrayRead(r, &g));
   ok(VecRestoreArray(w, &a));
   ok(VecRestoreArray(base, &b));
   ok(VecRestoreArray(ex, &c));
@@ -395,7 +381,6 @@ static void power_balance(void **state)
   PetscReal rate = 0, *a, *f, *x;
   const PetscReal *k, *q;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "loading_rate", -0.03));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
@@ -413,11 +398,9 @@ static void power_balance(void **state)
   ok(VecRestoreArrayWrite(u, &x));
   ok(MatMult(fault->medium->K, u, ku));
   ok(VecGetArray(F, &f));
-  ok(VecGetArrayRead(ku, &k));
-  ok(VecGetArrayRead(r, &q));
+  k = VecRead(ku);
+  q = VecRead(r);
   for (PetscInt i = 0; i < 12; i++) rate += (a[3 * i] * (f[3 * i] + q[i]) + k[i] * f[3 * i + 1]) / 12;
-  ok(VecRestoreArrayRead(r, &q));
-  ok(VecRestoreArrayRead(ku, &k));
   ok(VecRestoreArray(F, &f));
   ok(VecRestoreArray(w, &a));
   ok(SlipFaultGetObservables(fault, 0, w, r, &o));
@@ -443,7 +426,6 @@ static void observations(void **state)
   Vec w;
   PetscReal x;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -454,8 +436,7 @@ static void observations(void **state)
   x = ObserveFault(fault, w, "velocity");
   assert_true(x == 0);
   ok(VecSetValue(w, 3 * 4, 0.63, INSERT_VALUES)); /* v of cell 4 */
-  ok(VecAssemblyBegin(w));
-  ok(VecAssemblyEnd(w));
+  ok(VecAssemble(w));
   x = ObserveFault(fault, w, "velocity");
   assert_true(fabs(x - 1) < 1e-14); /* 0.63/9/0.07 */
   x = ObserveFault(fault, w, "sliding_fraction");
@@ -473,7 +454,6 @@ static void work_vectors(void **state)
     {"friction_law", "linear_slip_weakening"}, {"friction_law", "rate_and_state"}, {"initial", "rest"}};
   Vec x[FAULT_WORK + 1] = {NULL};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(kinds); k++) {
     SlipFault fault = Make(3, 2);
     TS ts;
@@ -496,9 +476,7 @@ static void work_vectors(void **state)
       ok(SlipFaultRestoreWork(fault, &x[0]));
       assert_null(x[0]);
     }
-    ok(TSDestroy(&ts));
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&ts, &w, &fault);
   }
 }
 

@@ -15,8 +15,8 @@ typedef struct {
 
 static void Open(Case *c, PetscInt nx, PetscInt nz, PetscReal time, PetscInt steps)
 {
-  ok(FaultSetReals(c->fault, {"nx", nx}, {"nz", nz}));
   ok(SlipFaultSetString(c->fault, "stiffness_scaling", "mean_slip"));
+  ok(FaultSetReals(c->fault, {"nx", nx}, {"nz", nz}));
   c->step = time / steps;
   ok(FaultStart(c->fault, TSADAPTNONE, c->step, time, &c->w, &c->ts));
   ok(TSBatheSetReactionType(c->ts, c->reaction));
@@ -52,7 +52,6 @@ static void errors_of_one_element(void **state)
 {
   const PetscReal fine = FinalSlip(1, 20000, TSBATHE_REACTION_TRAPEZOIDAL);
 
-  (void)state;
   /* the prototype's figures, to their last printed digit */
   assert_true(fabs(Percent(1, 20, TSBATHE_REACTION_IMPLICIT, fine) - 11.3) < 0.1);
   assert_true(fabs(Percent(1, 20, TSBATHE_REACTION_TRAPEZOIDAL, fine) - 1.44) < 0.01);
@@ -67,7 +66,6 @@ static void errors_of_a_mesh(void **state)
 {
   const PetscReal fine = FinalSlip(15, 2000, TSBATHE_REACTION_TRAPEZOIDAL);
 
-  (void)state;
   assert_true(Percent(15, 20, TSBATHE_REACTION_TRAPEZOIDAL, fine) < 2.9);
   assert_true(Percent(15, 100, TSBATHE_REACTION_TRAPEZOIDAL, fine) < 0.16);
   assert_true(fabs(Percent(15, 20, TSBATHE_REACTION_IMPLICIT, fine) - 12.4) < 0.5);
@@ -88,16 +86,15 @@ static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *
   Vec r, q;
   const PetscReal *a, *tau, *b;
 
-  PetscFunctionBegin;
-  if (!attempt->accepted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!attempt->accepted) return PETSC_SUCCESS;
   PetscCall(TSBatheGetConstraint(ts, &con));
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetReaction(ts, &r));
   PetscCall(VecDuplicate(r, &q));
   PetscCall(SlipFaultStrength(fault, 0, w, q));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(r, &tau));
-  PetscCall(VecGetArrayRead(q, &b));
+  a = VecRead(w);
+  tau = VecRead(r);
+  b = VecRead(q);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal v = a[3 * i];
 
@@ -108,11 +105,7 @@ static PetscErrorCode CheckCone(TS ts, const SlipAttempt *attempt, Vec w, void *
     else
       cone->sticking++;
   }
-  PetscCall(VecRestoreArrayRead(q, &b));
-  PetscCall(VecRestoreArrayRead(r, &tau));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCall(VecDestroy(&q));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&q);
 }
 
 static void cone_holds(void **state)
@@ -120,7 +113,6 @@ static void cone_holds(void **state)
   const char *const laws[] = {"exponential_slip_weakening", "linear_slip_weakening", "rate_weakening", "constant"};
   PetscInt sticking = 0;
 
-  (void)state;
   for (size_t l = 0; l < sizeof(laws) / sizeof(laws[0]); l++) {
     Case c = {.reaction = TSBATHE_REACTION_TRAPEZOIDAL};
     Cone cone = {0, 0, 0};
@@ -157,7 +149,6 @@ static PetscErrorCode AddBalance(TS ts, PetscInt step, PetscReal time, Vec w, vo
   SlipFault fault;
   Vec r;
 
-  PetscFunctionBegin;
   PetscCall(TSBatheGetConstraint(ts, &con));
   PetscCall(SlipConstraintGetContext(con, &fault));
   PetscCall(TSBatheGetReaction(ts, &r));
@@ -171,7 +162,7 @@ static PetscErrorCode AddBalance(TS ts, PetscInt step, PetscReal time, Vec w, vo
                    b->step / 2 * (now.loading_power + b->last.loading_power);
   }
   b->last = now;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* |sum of the balance over the run| / dissipated; powers by the trapezoidal rule. */
@@ -196,7 +187,6 @@ static void energy_balance(void **state)
 {
   const PetscReal loading[] = {0, 1e-3};
 
-  (void)state;
   for (size_t l = 0; l < 2; l++) {
     const PetscReal coarse = EnergyResidual(loading[l], 6, 160), fine = EnergyResidual(loading[l], 6, 320);
     const PetscReal order = log2(coarse / fine);

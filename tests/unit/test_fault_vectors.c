@@ -21,11 +21,10 @@ static SlipFault Cells(PetscInt nx, PetscInt nz, PetscBool turned, PetscReal rak
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"friction_law", "rate_and_state"}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * SIDE}, {"length_z", nz * SIDE}, {"rake", rake},
                    {"slip_components", components}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
                    {"loading_rate", LOAD}, {"friction_slip", 0.05}, {"friction_b", 0.02}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
   for (PetscInt iz = 0; iz < nz; iz++)
     for (PetscInt ix = 0; ix < nx; ix++) {
       const PetscInt along = turned ? nz - 1 - iz : ix, up = turned ? ix : nz - 1 - iz;
@@ -52,8 +51,7 @@ static void Run(SlipFault fault, PetscReal years, PetscReal u[])
   ok(TSSolve(ts, w));
   N = fault->mesh.N;
   ok(SlipFaultGetCellValues(fault, years * YEAR, w, "displacement", N, u));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&w, &ts);
 }
 
 /* Of a line of n cells: two components with the rake 0 are the one and nothing, to 1e-9 of the largest, which is at
@@ -98,7 +96,6 @@ static void a_line_slips_as_with_one_component(void **state)
   PetscReal one[8], two[16];
   SlipFault fault;
 
-  (void)state;
   fault = Cells(8, 1, PETSC_FALSE, 0, 1);
   Run(fault, 1500, one);
   ok(SlipFaultDestroy(&fault));
@@ -115,7 +112,6 @@ static void axes_do_not_matter(void **state)
   PetscReal u[24], other[24];
   SlipFault fault;
 
-  (void)state;
   fault = Cells(4, 3, PETSC_FALSE, 25, 2);
   Run(fault, 300, u);
   ok(SlipFaultDestroy(&fault));
@@ -138,7 +134,6 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   PetscReal *a;
   Vec w, u, force;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -175,7 +170,7 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   ok(SlipFaultGetWork(fault, &force));
   ok(SlipFaultGetDisplacement(fault, w, u));
   ok(MatMult(fault->medium->K, u, force));
-  ok(VecGetArrayRead(force, &f));
+  f = VecRead(force);
   for (PetscInt i = 0; i < N; i++)
     for (PetscInt k = 0; k < 2; k++) {
       const PetscReal load = fault->fields.cell[FIELD_INITIAL_TRACTION][i] * SlipFaultAlong(fault, i)[k];
@@ -183,14 +178,12 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
       sum += (f[2 * i + k] - load) * rate[2 * i + k];
       friction -= tau[2 * i + k] * v[2 * i + k];
     }
-  ok(VecRestoreArrayRead(force, &f));
   ok(SlipFaultRestoreWork(fault, &force));
   ok(SlipFaultRestoreWork(fault, &u));
   ok(SlipFaultGetObservables(fault, 0, w, NULL, &o));
   AssertNear(o.friction_power, friction / N, 1e-12 * friction / N);
   AssertNear(sum / N + o.viscous_power + o.friction_power, o.loading_power, 1e-9 * o.friction_power);
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &fault);
 }
 
 /* Slip weakening from a given stress, with inertia and the exact root of the mass and K for viscosity: implicit steps,
@@ -201,12 +194,10 @@ static SlipFault Weakening(PetscInt nx, PetscInt nz, PetscBool turned, PetscReal
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"initial", "traction"}, {"viscosity", "sqrtm"}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * SIDE}, {"length_z", nz * SIDE}, {"rake", rake},
                    {"slip_components", components}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
                    {"friction_slip", 0.1}, {"friction_residual", 0.5}, {"friction_drop", 0.1}, {"thickness", 3000}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "sqrtm"));
   ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
   ok(SlipFaultSetInertia(fault, PETSC_TRUE));
   for (PetscInt iz = 0; iz < nz; iz++)
@@ -236,8 +227,7 @@ static void Rupture(SlipFault fault, PetscInt steps, PetscReal u[], PetscInt *sl
   ok(SlipFaultGetCellValues(fault, end, w, "slip_rate", N, v));
   *sliding = 0;
   for (PetscInt i = 0; i < N; i++) *sliding += SlipFaultLength(fault, v + fault->layout.components * i) != 0;
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&w, &ts);
 }
 
 /* As of the smooth law; to the tolerance of stages, 1e-10 of the stress, which a rupture that stops forgets */
@@ -247,7 +237,6 @@ static void a_line_ruptures_as_with_one_component(void **state)
   PetscInt sliding, of_two;
   SlipFault fault;
 
-  (void)state;
   fault = Weakening(8, 1, PETSC_FALSE, 0, 1);
   Rupture(fault, 300, one, &sliding);
   ok(SlipFaultDestroy(&fault));
@@ -264,7 +253,6 @@ static void ruptures_prefer_no_axis(void **state)
   PetscInt sliding;
   SlipFault fault;
 
-  (void)state;
   fault = Weakening(4, 3, PETSC_FALSE, 25, 2);
   Rupture(fault, 200, u, &sliding);
   ok(SlipFaultDestroy(&fault));
@@ -283,14 +271,12 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
   PetscReal rest, stress[2 * N], *a;
   Vec w;
 
-  (void)state;
   for (PetscInt dip = 30; dip <= 90; dip += 60) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+    ok(FaultSetStrings(fault, {"friction_law", "constant"}, {"initial", "traction"}));
     ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}, {"rake", 40}, {"slip_components", 2}, {"dip", dip},
                      {"normal_stress", 5e7}, {"normal_stress_gradient", 0}, {"loading_rate", LOAD},
                      {"initial_traction", 1e7}));
-    ok(SlipFaultSetString(fault, "friction_law", "constant"));
-    ok(SlipFaultSetString(fault, "initial", "traction"));
     ok(SlipFaultSetUp(fault));
     assert_int_equal(fault->medium->Kn ? 1 : 0, dip < 90);
     ok(SlipFaultCreateState(fault, &w));
@@ -322,8 +308,7 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
         AssertNear(most, 1, 1e-8);
       ok(VecDestroy(&later));
     }
-    ok(VecDestroy(&w));
-    ok(SlipFaultDestroy(&fault));
+    ObjectsDestroy(&w, &fault);
   }
 }
 
@@ -343,7 +328,6 @@ static void a_round_crack_slips_along_its_load(void **state)
   Mat K;
   KSP ksp;
 
-  (void)state;
   for (PetscInt j = 0; j < SIDES; j++)
     for (PetscInt i = 0; i < SIDES; i++) {
       const PetscReal a = (PetscReal)i + 0.5 - R, d = (PetscReal)j + 0.5 - R;
@@ -381,9 +365,8 @@ static void a_round_crack_slips_along_its_load(void **state)
     }
     ok(VecRestoreArrayWrite(b, &f));
     ok(KSPSolve(ksp, b, u));
-    ok(VecGetArrayRead(u, &a));
+    a = VecRead(u);
     ok(PetscArraycpy(slip[k], a, 2 * n));
-    ok(VecRestoreArrayRead(u, &a));
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal along = slip[k][2 * i] * c + slip[k][2 * i + 1] * s;
 
@@ -404,17 +387,13 @@ static void a_round_crack_slips_along_its_load(void **state)
       AssertNear(slip[2][2 * to + 1], slip[0][2 * from], 1e-9 * R / G);
       AssertNear(slip[2][2 * to], slip[0][2 * from + 1], 1e-9 * R / G);
     }
-  ok(KSPDestroy(&ksp));
-  ok(VecDestroy(&u));
-  ok(VecDestroy(&b));
-  ok(MatDestroy(&K));
+  ObjectsDestroy(&ksp, &u, &b, &K);
 }
 
 static void wrong_combinations_are_refused(void **state)
 {
   SlipFault fault;
 
-  (void)state;
   fault = Cells(2, 2, PETSC_FALSE, 0, 2);
   ok(SlipFaultSetString(fault, "stiffness_file", "k.h5"));
   fails(SlipFaultSetUp(fault), "-fault_slip_components 2 does not go with -fault_stiffness_file k.h5");

@@ -220,7 +220,6 @@ static PetscErrorCode Energies(Outcome *out)
   PetscReal *left, *elastic, *heat;
   SlipH5 h;
 
-  PetscFunctionBegin;
   PetscCall(SlipH5OpenRead("events.h5", &h));
   PetscCall(SlipH5ReadReal(&h, "/energy_residual", 1, &out->events, &left));
   PetscCall(SlipH5ReadReal(&h, "/elastic_energy", 1, &out->events, &elastic));
@@ -233,8 +232,7 @@ static PetscErrorCode Energies(Outcome *out)
   PetscCall(PetscFree(left));
   PetscCall(PetscFree(elastic));
   PetscCall(PetscFree(heat));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 /* A monitor: the steps at whose end a cell slides */
@@ -243,12 +241,10 @@ static PetscErrorCode CountSlides(TS ts, PetscInt step, PetscReal t, Vec w, void
   SlipFault fault;
   PetscReal speed;
 
-  PetscFunctionBegin;
-  (void)t;
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
   PetscCall(SlipFaultLargestSpeed(fault, w, &speed));
   ((Outcome *)ctx)->steps += step > 0 && speed > 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Solve(SlipFault fault, TS ts, SlipFaultFeatureSet wanted, Vec *w, Outcome *out)
@@ -257,7 +253,6 @@ static PetscErrorCode Solve(SlipFault fault, TS ts, SlipFaultFeatureSet wanted, 
   TSConvergedReason reason;
   int code;
 
-  PetscFunctionBegin;
   PetscCall(SlipFaultSetFromOptions(fault));
   if (wanted & SLIP_FEATURE(CREEP)) PetscCall(SlipFaultSetField(fault, "creep", N, creep));
   PetscCall(SlipFaultSetUp(fault));
@@ -278,8 +273,7 @@ static PetscErrorCode Solve(SlipFault fault, TS ts, SlipFaultFeatureSet wanted, 
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
   PetscCall(VecNorm(*w, NORM_INFINITY, &out->largest));
   out->complete = reason > 0 && !code ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(Energies(out));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return Energies(out);
 }
 
 static Outcome Try(SlipFaultFeatureSet set, PetscInt a, PetscInt b)
@@ -294,8 +288,7 @@ static Outcome Try(SlipFaultFeatureSet set, PetscInt a, PetscInt b)
   remove("events.h5");
   remove("state");
   remove("K.bin");
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, text));
+  ok(SetOptions(text));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   message[0] = '\0';
@@ -318,13 +311,11 @@ static PetscErrorCode WriteRecord(const char name[], PetscInt ndim, const PetscI
   PetscReal pressure[2 * N] = {0};
   SlipH5 h;
 
-  PetscFunctionBegin;
   for (PetscInt i = 0; i < N; i++) pressure[N + i] = 1e4 * (PetscReal)i;
   PetscCall(SlipH5Create(name, &h));
   PetscCall(SlipH5WriteReal(&h, "/time", 1, &two, times, "s"));
   PetscCall(SlipH5WriteReal(&h, "/pressure", ndim, shape, pressure, "Pa"));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 /* The plane of the grid, and one whose right half is 200 m aside and turned */
@@ -334,7 +325,6 @@ static PetscErrorCode WriteRectangles(const char name[], PetscBool aside)
   PetscReal cells[N][7];
   SlipH5 h;
 
-  PetscFunctionBegin;
   for (PetscInt e = 0; e < N; e++) {
     const PetscInt i = e % NX, j = e / NX;
     const PetscReal cell[7] = {
@@ -346,8 +336,7 @@ static PetscErrorCode WriteRectangles(const char name[], PetscBool aside)
   PetscCall(SlipH5WriteReal(&h, "/cells", 2, shape, cells[0], NULL));
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "columns", "x y z length width strike dip"));
   PetscCall(SlipH5WriteAttrString(&h, "/cells", "units", "m"));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 /* Two by three rectangles, each cut in two */
@@ -358,7 +347,6 @@ static PetscErrorCode WriteTriangles(void)
   PetscInt corner[N][3];
   SlipH5 h;
 
-  PetscFunctionBegin;
   for (PetscInt k = 0; k < 12; k++) {
     const PetscReal point[3] = {1500 * (PetscReal)(k % 3), 0, 2000 + 1000 * (PetscReal)(k / 3)};
 
@@ -372,8 +360,7 @@ static PetscErrorCode WriteTriangles(void)
   PetscCall(SlipH5Create("triangles.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/vertices", 2, vertices, vertex[0], "m"));
   PetscCall(SlipH5WriteInt(&h, "/triangles", 2, triangles, corner[0], NULL));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipH5Close(&h);
 }
 
 /* The stiffness of the grid, as -fault_stiffness_file has it */
@@ -385,22 +372,17 @@ static PetscErrorCode WriteStiffness(void)
   Mat K, dense;
   SlipH5 h;
 
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsClear(NULL));
-  PetscCall(PetscOptionsInsertString(NULL, base));
+  PetscCall(SetOptions(base));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   PetscCall(SlipFaultSetFromOptions(fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultGetOperators(fault, &K, NULL, NULL));
   PetscCall(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  PetscCall(MatDenseGetArrayRead(dense, &a));
+  a = MatRead(dense);
   PetscCall(SlipH5Create("k.h5", &h));
   PetscCall(SlipH5WriteReal(&h, "/stiffness", 2, shape, a, "Pa/m"));
   PetscCall(SlipH5Close(&h));
-  PetscCall(MatDenseRestoreArrayRead(dense, &a));
-  PetscCall(MatDestroy(&dense));
-  PetscCall(SlipFaultDestroy(&fault));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&dense, &fault);
 }
 
 /* ---- the pairs ---- */
@@ -499,7 +481,6 @@ static void pairs(void **state)
   const PetscBool present =
     SlipDeviceOpen(PETSC_COMM_SELF, "-fault_device opencl", "", &device) ? PETSC_FALSE : PETSC_TRUE;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("features", dir));
   assert_int_equal(0, chdir(dir));
   PETSC_STDOUT = PETSC_STDERR = fopen("/dev/null", "w");

@@ -12,7 +12,6 @@ static const PetscReal last = 1e8; /* until when the pressure is a number [s] */
 
 static PetscErrorCode Ends(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault, (void)ctx;
   for (PetscInt i = 0; i < n; i++) p[i] = t > last ? (PetscReal)NAN : 1e6;
   return PETSC_SUCCESS;
 }
@@ -78,10 +77,9 @@ static void Run(TSType type, TSAdaptType adapt)
 
   assert_int_equal(0, TempDirMake("finite", folder));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"friction_law", bathe ? "constant" : "rate_and_state"}, {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 50e6}, {"normal_stress_gradient", 0},
                    {"loading_rate", 1e-9}));
-  ok(SlipFaultSetString(fault, "friction_law", bathe ? "constant" : "rate_and_state"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   if (bathe) ok(SlipFaultSetString(fault, "initial", "traction"));
   if (bathe) ok(SlipFaultSetReal(fault, "initial_traction", 24e6));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));
@@ -110,14 +108,12 @@ static void Run(TSType type, TSAdaptType adapt)
 
 static void bathe(void **state)
 {
-  (void)state;
   Run(TSBATHE, "heuristic");
   Run(TSBATHE, TSADAPTNONE);
 }
 
 static void explicit_steps(void **state)
 {
-  (void)state;
   Run(TSRK, TSADAPTBASIC);
   Run(TSADAMS, TSADAPTDSP);
   Run(TSADAMS, TSADAPTNONE);

@@ -29,7 +29,6 @@ static void derivatives(void **state)
 {
   const PetscReal s[] = {0.01, 0.05, 0.0799, 0.1, 0.4}, v[] = {0.001, 0.03, 0.2};
 
-  (void)state;
   for (const SlipFrictionLaw *law = SlipFrictionLaws; law->name; law++) {
     if (law->always_slides) continue; /* test_ratestate.c */
     for (size_t i = 0; i < sizeof(s) / sizeof(s[0]); i++) {
@@ -48,7 +47,6 @@ static void values(void **state)
 {
   const SlipFrictionLaw *law;
 
-  (void)state;
   assert_int_equal(0, SlipFrictionFind("exponential_slip_weakening", &law));
   assert_true(fabs(Value(law, 0, 0) - 0.6) < 1e-15);
   assert_true(fabs(Value(law, p.slip, 0) - (0.5 + 0.1 * 0.36787944117144233)) < 1e-15); /* 1/e */
@@ -74,7 +72,6 @@ static void healing(void **state)
     .law = SlipFrictionLaws, .residual = one, .drop = one, .slip = one, .rate = one, .stress = one, .healing = rate};
   PetscReal error[2], rest;
 
-  (void)state;
   SlipFrictionStateAtRest(&cells, 0, &s0, t, &rest);
   assert_true(fabs(rest - s0 * exp(-0.5)) < 1e-15);
   for (int k = 0; k < 2; k++) {
@@ -103,7 +100,6 @@ static void remembered(void **state)
   SlipFrictionCells f = {
     .law = SlipFrictionLaws, .residual = &residual, .drop = &drop, .slip = &slip, .rate = &drop, .stress = &stress};
 
-  (void)state;
   for (PetscInt k = 0; k < 40; k++) {
     const PetscReal s = 0.01 * (PetscReal)(k * k % 7);
     PetscReal mu[2], ds[2], dv[2], none;

@@ -1,6 +1,7 @@
 /* Parameters that a registered friction law brings: names and bounds that are refused; numbers, options and fields of a
    fault that was there before the law; what the law's functions get of each cell. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 
 enum { DROP, COUNT, TIME, NOWN };
@@ -15,7 +16,6 @@ static const SlipParameter own[] = {
 static void Mine(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
                  PetscReal *dv)
 {
-  (void)s, (void)v;
   *excess = p->own ? 1e-3 * p->own[DROP] + 1e-6 * p->own[COUNT] + 1e-9 * p->own[TIME] : 0;
   *ds = *dv = 0;
 }
@@ -49,7 +49,6 @@ static void late_and_refused(void **state)
   char names[FAULT_MAX_OWN][16];
   SlipFrictionLaw bad = Law("bad", twice);
 
-  (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   fails(SlipFaultGetReal(fault, "mine_drop", &x), "no number \"mine_drop\"");
   ok(SlipFaultRegisterFrictionLaw(&other));
@@ -85,8 +84,7 @@ static void late_and_refused(void **state)
   ok(PetscOptionsClear(NULL));
   ok(SlipFaultGetReal(fault, "mine_time", &x));
   assert_true(x == 120);
-  ok(SlipFaultSetString(fault, "friction_law", "mine"));
-  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(FaultSetStrings(fault, {"friction_law", "mine"}, {"initial", "rest"}));
   ok(SlipFaultSetField(fault, "mine_drop", 4, cells));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetFriction(fault, 0, &f));
@@ -154,7 +152,6 @@ static void states(void **unused)
   TS ts;
   Vec w, atol;
 
-  (void)unused;
   ok(SlipFrictionFind("rate_and_state", &found));
   law = *found;
   law.name = "warm";
@@ -185,8 +182,7 @@ static void states(void **unused)
   fails(SlipFaultSetReal(fault, "initial_warmth", -1), "-fault_initial_warmth is -1, expected a number");
   /* its place in the state, behind v, u and theta, its start, and its tolerance, that of ln theta */
   ok(SlipFaultSetString(fault, "friction_law", "warm"));
-  ok(SlipFaultSetReal(fault, "initial_warmth", 3));
-  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(FaultSetReals(fault, {"initial_warmth", 3}, {"loading_rate", 1e-9}));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
@@ -195,14 +191,10 @@ static void states(void **unused)
   ok(TSGetTolerances(ts, NULL, &atol, &rtol, NULL));
   ok(VecGetSize(w, &n));
   assert_int_equal(n, 4);
-  ok(VecGetArrayRead(w, &a));
-  ok(VecGetArrayRead(atol, &b));
+  a = VecRead(w);
+  b = VecRead(atol);
   assert_true(a[3] == 3 && b[3] == rtol && b[2] == rtol);
-  ok(VecRestoreArrayRead(atol, &b));
-  ok(VecRestoreArrayRead(w, &a));
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &w, &fault);
 }
 
 enum { TIME_UP = 4, TIME_DOWN = 9 }; /* [s] */
@@ -211,7 +203,6 @@ enum { TIME_UP = 4, TIME_DOWN = 9 }; /* [s] */
 static void Sets(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
                  PetscReal *dv)
 {
-  (void)p, (void)v;
   *excess = 0.1 * s[0] - 0.01 * s[1];
   ds[0] = 0.1;
   ds[1] = -0.01;
@@ -221,7 +212,6 @@ static void Sets(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscR
 static void SetsRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
                      PetscReal dv[])
 {
-  (void)p;
   rate[0] = (1 - s[0]) / TIME_UP - v * s[0];
   rate[1] = (-1 - s[1]) / TIME_DOWN - v * s[1];
   ds[0] = -1.0 / TIME_UP - v;
@@ -232,7 +222,6 @@ static void SetsRate(const SlipFriction *p, const PetscReal s[], PetscReal v, Pe
 
 static void SetsSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
-  (void)p;
   s[0] = 1 / (1 + TIME_UP * v);
   s[1] = -1 / (1 + TIME_DOWN * v);
 }
@@ -255,11 +244,9 @@ static void states_at_rest(void **unused)
   TS ts;
   Vec w;
 
-  (void)unused;
   ok(SlipFaultRegisterFrictionLaw(&law));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetString(fault, "friction_law", "sets"));
-  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(FaultSetStrings(fault, {"friction_law", "sets"}, {"initial", "rest"}));
   ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultCreateState(fault, &w));
@@ -277,9 +264,7 @@ static void states_at_rest(void **unused)
   assert_true(fabs(down + (1 - exp(-5.0 / TIME_DOWN))) < 1e-4);
   fails(SlipFaultGetCellValues(fault, 5, w, "state", 1, &other),
         "a state has no \"state\", expected slip_rate, displacement, slip, up, down,");
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
-  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&ts, &w, &fault);
 }
 
 /* Values out of bounds, or that are not whole, of a field */
@@ -294,7 +279,6 @@ static void fields(void **state)
              {"mine_time", NAN, "/mine_time[0, 1] is nan, expected a finite number s"}};
   SlipFault fault;
 
-  (void)state;
   for (size_t k = 0; k < sizeof(bad) / sizeof(*bad); k++) {
     const PetscReal values[] = {bad[k].value > 1 ? 1 : 0.25, bad[k].value};
 

@@ -23,7 +23,6 @@ static void round_trip(void **state)
   char **s, text[32];
   PetscBool has;
 
-  (void)state;
   ok(SlipH5Create(file, &h));
   ok(SlipH5WriteReal(&h, "/mesh/a", 2, d, a, "Pa"));
   ok(SlipH5WriteFloat(&h, "/f", 1, &two, f, NULL));
@@ -96,7 +95,6 @@ static void series(void **state)
   PetscInt dims[3];
   PetscReal *x;
 
-  (void)state;
   ok(SlipH5Create(file, &h));
   ok(SlipH5CreateSeries(&h, "/fields/a", 2, d, PETSC_FALSE, "m"));
   ok(SlipH5CreateSeries(&h, "/steps/t", 0, NULL, PETSC_FALSE, "s"));
@@ -129,7 +127,6 @@ static void stored_series(void **state)
   const SlipH5Storage want[] = {{.single = PETSC_TRUE}, {.deflate = 1}, {.single = PETSC_TRUE, .deflate = 9}};
   const PetscInt small[2] = {2, 3}, large[2] = {511, 513};
 
-  (void)state;
   for (size_t k = 0; k < sizeof(want) / sizeof(want[0]); k++) {
     for (int big = 0; big < 2; big++) {
       const PetscInt *d = big ? large : small, n = d[0] * d[1], rows = 3;
@@ -204,7 +201,6 @@ static void growing(void **state)
   char part[300];
   SlipH5 h, reader;
 
-  (void)state;
   ok(SlipH5CreateKind(&kind, file, &h));
   ok(SlipH5CreateSeries(&h, "/x", 1, &wide, PETSC_FALSE, "m"));
   PetscSNPrintf(part, sizeof(part), "%s.part", file);
@@ -276,7 +272,6 @@ static void Full(void (*before_file)(int), void (*since)(int))
 
 static void full(void **state)
 {
-  (void)state;
   Full(SIG_DFL, NULL);
   Full(Kill, NULL);
   Full(SIG_DFL, Kill);
@@ -291,7 +286,6 @@ static void many(void **state)
   char name[FILES][300];
   PetscInt n;
 
-  (void)state;
   for (int i = 0; i < FILES; i++) {
     PetscSNPrintf(name[i], sizeof(name[i]), "%s.%d", file, i);
     ok(SlipH5Create(name[i], &h[i]));
@@ -314,7 +308,6 @@ static void broken_files(void **state)
   PetscInt one = 1;
   FILE *f;
 
-  (void)state;
   unlink(file);
   fails(SlipH5OpenRead(file, &h), file);
   fails(SlipH5Create("no/such/directory/out.h5", &h), "no/such/directory/out.h5.part");
@@ -366,7 +359,6 @@ static void sizes(void **state)
   hid_t space, id;
   SlipH5 h;
 
-  (void)state;
   ok(SlipH5Create(file, &h));
   H5Tset_size(text, 4);
   H5Tset_size(vast, 1 << 20);
@@ -427,14 +419,12 @@ static void sizes(void **state)
 
 static int NameFile(void **state)
 {
-  (void)state;
   snprintf(file, sizeof(file), "test_h5_%d.h5", (int)getpid());
   return 0;
 }
 
 static int RemoveFile(void **state)
 {
-  (void)state;
   unlink(file);
   return 0;
 }

@@ -46,15 +46,11 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
   const PetscReal *w, *more = NULL;
   PetscReal load[2], column[2], K[2], *p;
 
-  PetscFunctionBegin;
-  (void)con;
   b->t = stage->t;
   b->theta = stage->theta;
-  PetscCall(VecGetArrayRead(stage->base, &w));
-  if (stage->explicit_part) PetscCall(VecGetArrayRead(stage->explicit_part, &more));
+  w = VecRead(stage->base);
+  if (stage->explicit_part) more = VecRead(stage->explicit_part);
   for (int k = 0; k < 4; k++) b->base[k] = w[k] + (more ? stage->theta * more[k] : 0);
-  if (more) PetscCall(VecRestoreArrayRead(stage->explicit_part, &more));
-  PetscCall(VecRestoreArrayRead(stage->base, &w));
   Force(b, b->t, &b->base[2], load);
   PetscCall(VecGetArrayWrite(b->l.load, &p));
   for (int k = 0; k < 2; k++) p[k] = load[k] + b->base[k] / b->theta;
@@ -68,9 +64,7 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
     for (PetscInt k = 0; k < 2; k++)
       PetscCall(MatSetValue(b->l.B, k, j, b->theta * column[k] + (k == j ? 1 / b->theta : 0), INSERT_VALUES));
   }
-  PetscCall(MatAssemblyBegin(b->l.B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(b->l.B, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return MatAssemble(b->l.B);
 }
 
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
@@ -78,93 +72,67 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   const PetscReal *v;
   PetscReal slope, strength;
 
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(VecGetArrayRead(x, &v)); /* of a full state too: the rate comes first */
+  v = VecRead(x); /* of a full state too: the rate comes first */
   strength = Strength((const Block *)ctx, hypot(v[0], v[1]), &slope);
-  PetscCall(VecRestoreArrayRead(x, &v));
   PetscCall(VecSet(q, strength));
   if (dq) PetscCall(VecSet(dq, slope));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode BoundState(SlipConstraint con, PetscReal t, Vec w, Vec q, void *ctx)
 {
-  (void)t;
   return Bound(con, w, q, NULL, ctx);
 }
 
 static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
   PetscReal *b;
 
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
-  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(x, &b));
   for (int k = 0; k < 2; k++) b[k] = a[k];
-  PetscCall(VecRestoreArrayWrite(x, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArrayWrite(x, &b);
 }
 
 static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
   const Block *b = (const Block *)ctx;
-  const PetscReal *v;
+  const PetscReal *v = VecRead(x);
   PetscReal *a;
 
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArrayWrite(w, &a));
   for (int k = 0; k < 2; k++) {
     a[k] = v[k];
     a[2 + k] = b->base[2 + k] + b->theta * v[k];
   }
-  PetscCall(VecRestoreArrayWrite(w, &a));
-  PetscCall(VecRestoreArrayRead(x, &v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArrayWrite(w, &a);
 }
 
 static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec F, void *ctx)
 {
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
   PetscReal *f;
 
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayWrite(F, &f));
   Force((const Block *)ctx, t, &a[2], f);
   for (int k = 0; k < 2; k++) f[2 + k] = a[k];
-  PetscCall(VecRestoreArrayWrite(F, &f));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArrayWrite(F, &f);
 }
 
 static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
-  const PetscReal *b;
+  const PetscReal *b = VecRead(r);
   PetscReal *f;
 
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
-  PetscCall(VecGetArrayRead(r, &b));
   PetscCall(VecGetArray(F, &f));
   for (int k = 0; k < 2; k++) f[k] += a * b[k];
-  PetscCall(VecRestoreArray(F, &f));
-  PetscCall(VecRestoreArrayRead(r, &b));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(F, &f);
 }
 
 static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con, (void)ctx;
   if (F != k) PetscCall(VecCopy(F, k));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void Create(Block *b)
@@ -228,9 +196,8 @@ static void Run(Block *b, const PetscReal start[2], PetscReal tmax, PetscInt ste
   ok(TSSolve(ts, w));
   ok(TSBatheGetLastAttempt(ts, attempt));
   ok(TSBatheGetReaction(ts, &r));
-  ok(VecGetArrayRead(r, &p));
+  p = VecRead(r);
   Turn(-b->angle, p, reaction);
-  ok(VecRestoreArrayRead(r, &p));
   ok(VecGetArray(w, &a));
   for (int k = 0; k < 4; k += 2) Turn(-b->angle, &a[k], &end[k]);
   ok(VecRestoreArray(w, &a));
@@ -278,7 +245,6 @@ static void incline(void **state)
   const PetscReal v0 = 1, a = 1, k = 2, start[] = {v0, 0};
   SlipAttempt attempt;
 
-  (void)state;
   for (int rule = 0; rule < 2; rule++)
     for (int axes = 0; axes < 3; axes++) {
       Block b = {.load = {0, a}, .q = a * k, .angle = axes == 1 ? PETSC_PI / 2 : 0.7 * axes};
@@ -324,7 +290,6 @@ static void springs(void **state)
   SlipAttempt attempt;
   const PetscInt N = 20000;
 
-  (void)state;
   for (PetscInt n = 0; n < N; n++) {
     const PetscReal h = tmax / (PetscReal)N;
     PetscReal k[4][4], y[4];
@@ -360,7 +325,6 @@ static void rate_of_zero_along_an_axis(void **state)
   SlipAttempt attempt;
   SlipBathe c;
 
-  (void)state;
   SlipBatheSetUp(0.5, &c);
   Run(&b, start, 1, 1, TSBATHE_STAGE_TRAPEZOIDAL, end, r, &attempt);
   assert_true(end[0] == 1 && end[1] == 0);
@@ -371,7 +335,6 @@ static void rate_of_zero_along_an_axis(void **state)
 /* At rest the static balance, projected on the disk */
 static void initial_reaction(void **state)
 {
-  (void)state;
   for (int above = 0; above < 2; above++) {
     Block b = {.load = {3, -4}, .q = above ? 2 : 6, .angle = 1.1};
     PetscReal a[2];
@@ -382,17 +345,15 @@ static void initial_reaction(void **state)
     ok(VecCreateSeq(PETSC_COMM_SELF, 4, &w));
     ok(VecDuplicate(b.l.load, &r));
     ok(SlipConstraintInitialReaction(b.con, 0, w, r));
-    ok(VecGetArrayRead(r, &p));
+    p = VecRead(r);
     Turn(-b.angle, p, a);
-    ok(VecRestoreArrayRead(r, &p));
     AssertNear(a[0], above ? -1.2 : -3, 1e-14);
     AssertNear(a[1], above ? 1.6 : 4, 1e-14);
     ok(VecSetValue(w, 0, cos(b.angle), INSERT_VALUES));
     ok(VecSetValue(w, 1, sin(b.angle), INSERT_VALUES));
     ok(SlipConstraintInitialReaction(b.con, 0, w, r));
-    ok(VecGetArrayRead(r, &p));
+    p = VecRead(r);
     Turn(-b.angle, p, a);
-    ok(VecRestoreArrayRead(r, &p));
     AssertNear(a[0], -b.q, 1e-14);
     AssertNear(a[1], 0, 1e-14);
     ObjectsDestroy(&w, &r);

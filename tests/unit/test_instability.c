@@ -25,24 +25,19 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscReal *qq;
   PetscInt n;
 
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(MatMult(p->C, x, q));
   if (dq) {
     PetscCall(VecCopy(p->weakening, dq));
     PetscCall(VecScale(dq, -1));
   }
   PetscCall(VecGetLocalSize(q, &n));
-  PetscCall(VecGetArrayRead(x, &xx));
-  PetscCall(VecGetArrayRead(p->weakening, &w));
+  xx = VecRead(x);
+  w = VecRead(p->weakening);
   PetscCall(VecGetArray(q, &qq));
   for (PetscInt i = 0; i < n; i++)
     qq[i] += 100 - w[i] * (c == 1 ? PetscAbsReal(xx[i]) : hypot(xx[2 * i], xx[2 * i + 1]));
   for (PetscInt i = 0; i < p->nfree; i++) qq[i] = 0;
-  PetscCall(VecRestoreArray(q, &qq));
-  PetscCall(VecRestoreArrayRead(p->weakening, &w));
-  PetscCall(VecRestoreArrayRead(x, &xx));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(q, &qq);
 }
 
 /* G(x) = B (x - solution) - q(solution), q along x */
@@ -55,37 +50,28 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscInt n;
   Vec strength;
 
-  PetscFunctionBegin;
   PetscCall(VecDuplicate(p->weakening, &strength));
   PetscCall(Bound(con, p->solution, strength, NULL, ctx));
   PetscCall(VecWAXPY(p->work, -1, p->solution, x));
   PetscCall(MatMult(p->l.B, p->work, g));
   PetscCall(VecGetLocalSize(g, &n));
-  PetscCall(VecGetArrayRead(strength, &q));
+  q = VecRead(strength);
   PetscCall(VecGetArray(g, &a));
   for (PetscInt i = 0; i < n; i++) a[i] -= p->omega * q[i / c] * (c == 1 ? 1 : PetscSqrtReal(0.5) * (i % 2 ? -1 : 1));
   PetscCall(VecRestoreArray(g, &a));
-  PetscCall(VecRestoreArrayRead(strength, &q));
-  PetscCall(VecDestroy(&strength));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecDestroy(&strength);
 }
 
 static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con;
   PetscCall(VecCopy(((const Modes *)ctx)->start, dq));
-  PetscCall(VecScale(dq, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecScale(dq, -1);
 }
 
 static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)con;
   *C = ((const Modes *)ctx)->C;
-  PetscCall(VecSet(a, 1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecSet(a, 1);
 }
 
 /* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so
@@ -107,8 +93,7 @@ static Mat Dense(PetscInt n, PetscInt c, PetscInt d, const PetscReal a[], PetscR
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt k = 0; k < PetscMin(c, d); k++)
         ok(MatSetValue(A, c * i + k, d * j + k, a[i * n + j] - (i == j ? less : 0), INSERT_VALUES));
-  ok(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-  ok(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  ok(MatAssemble(A));
   return A;
 }
 
@@ -119,8 +104,7 @@ static Vec Column(PetscInt n, PetscInt c, const PetscReal a[])
 
   ok(VecCreateSeq(PETSC_COMM_SELF, c * n, &v));
   for (PetscInt i = 0; i < c * n; i++) ok(VecSetValue(v, i, i % c ? -a[i / c] : a[i / c], INSERT_VALUES));
-  ok(VecAssemblyBegin(v));
-  ok(VecAssemblyEnd(v));
+  ok(VecAssemble(v));
   return v;
 }
 
@@ -156,8 +140,7 @@ static PetscBool Refused(const Case *c)
     ok(MatCreateSlipRadiation(K, c->eta, &H));
     ok(MatCreateSlipStage(K, H, 0, &p.l.B));
     ok(MatSlipStageSetTheta(p.l.B, 1));
-    ok(MatDestroy(&K));
-    ok(MatDestroy(&H));
+    ObjectsDestroy(&K, &H);
   }
   ok(MatScale(p.C, 1 / p.omega));
   ok(VecScale(p.weakening, 1 / p.omega));
@@ -298,7 +281,6 @@ static void modes_are_counted(void **state)
   Case c;
   PetscReal least;
 
-  (void)state;
   for (int kind = 0; kind < KINDS; kind++)
     for (PetscInt m = 0; m <= 4; m++) {
       PetscBool refused[4];
@@ -325,7 +307,6 @@ static void every_mode(void **state)
 {
   Case c = {.n = 2, .B = {2, 0, 0, 2}, .w = {3, 3}, .x = {1, 1.5}};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     c.direct = k ? PETSC_FALSE : PETSC_TRUE;
     assert_true(Refused(&c));
@@ -340,7 +321,6 @@ static void odd_numbers_cost_no_eigenvalues(void **state)
   PetscReal least;
   Case c;
 
-  (void)state;
   for (PetscInt m = 0; m <= 2; m++) {
     assert_true(Make(m ? NEAR_COUPLED : FAR_COUPLED, m, &c, &least));
     c.direct = PETSC_TRUE;
@@ -361,7 +341,6 @@ static void start_counts_in_every_mode(void **state)
   Case c;
   PetscReal least, start[N];
 
-  (void)state;
   for (int k = 0; k < 8; k++) {
     (void)Make(SWINGING, 0, &c, &least);
     c.components = k < 4 ? 1 : 2;
@@ -384,7 +363,6 @@ static void start_counts_if_the_end_is_known(void **state)
   Case c;
   PetscReal least, start[N];
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const PetscReal unit = k == 0 ? 1e-4 : 1;
 
@@ -410,7 +388,6 @@ static void rows_without_strength(void **state)
 {
   Case c = {.n = 2, .nfree = 1, .coupled = PETSC_TRUE, .B = {2, 0.5, 0.5, 2}, .C = {0, 0, 0, 1}, .x = {1, 1}};
 
-  (void)state;
   for (int k = 0; k < 8; k++) {
     c.components = 1 + k % 4 / 2;
     c.direct = k % 2 ? PETSC_FALSE : PETSC_TRUE;
@@ -427,7 +404,6 @@ static void units_do_not_matter(void **state)
   const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}, {2.5, 1}, {2, 2}}, t[][2] = {{3, 1}, {1, 3}, {1, 3}, {1, 1}},
                   eta[] = {0, 0, 1.9, 0};
 
-  (void)state;
   for (int k = 0; k < 4; k++) {
     Case c = {.n = 2, .coupled = PETSC_TRUE, .direct = PETSC_TRUE, .eta = eta[k]};
 

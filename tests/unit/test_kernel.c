@@ -1,11 +1,6 @@
 /* The closed-form kernel against published values and against numerical integration of Mindlin's point-force
    solution. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <cmocka.h>
-#include <slipstep/rooms.h>
-#include <slipcompat.h>
+#include "unit.h"
 
 typedef long double Long;
 
@@ -93,11 +88,6 @@ static Long IntegrateOffset(Long nu, int surface, Long dx, Long dy, Long z_recei
   return sum * a * b / 4;
 }
 
-static Long IntegrateCell(Long nu, int surface, Long dx, Long z_receiver, Long z_source, Long a, Long b)
-{
-  return IntegrateOffset(nu, surface, dx, 0, z_receiver, z_source, a, b);
-}
-
 /* The cell's own centre: slip of the whole plane leaves no stress, so the cell gives minus the rest of the plane, and
    the density falls like R^-3: minus the integral over the angle of density(R = 1) / (distance to the edge), side by
    side. */
@@ -127,50 +117,11 @@ static void AssertClose(PetscReal value, Long reference)
 
 static const Long Ratios[] = {0.25L, 0.1L, 0.4L, -0.2L};
 
-static void test_full_space_against_integration(void **state)
-{
-  (void)state;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
-    const Long nu = Ratios[k];
-    const PetscReal v = (PetscReal)nu;
-
-    AssertClose(SlipKernelFullSpace(1, v, 0, 0, 2, 1), IntegrateSelf(nu, 2, 1));
-    AssertClose(SlipKernelFullSpace(1, v, 0, 0, 1, 1), IntegrateSelf(nu, 1, 1));
-    AssertClose(SlipKernelFullSpace(1, v, 2, 0, 2, 1), IntegrateCell(nu, 0, 2, 9, 9, 2, 1));
-    AssertClose(SlipKernelFullSpace(1, v, 0, 1, 2, 1), IntegrateCell(nu, 0, 0, 9, 8, 2, 1));
-    AssertClose(SlipKernelFullSpace(1, v, -6, 3, 2, 1), IntegrateCell(nu, 0, -6, 9, 6, 2, 1));
-    AssertClose(SlipKernelFullSpace(1, v, 1, 3, 2, 1),
-                IntegrateCell(nu, 0, 1, 9, 6, 2, 1)); /* on an edge's extension */
-    AssertClose(SlipKernelFullSpace(1, v, 20, -7, 2, 1), IntegrateCell(nu, 0, 20, 2, 9, 2, 1));
-  }
-}
-
-static void test_half_space_against_integration(void **state)
-{
-  static const struct {
-    PetscReal dx, z_receiver, z_source, a, b;
-  } rows[] = {
-    {2, 0.5, 0.5, 2, 1}, {0, 1.5, 0.5, 2, 1}, {0, 0.5, 1.5, 2, 1},  {-4, 0.5, 3.5, 2, 1},
-    {6, 4.5, 0.5, 2, 1}, {1, 2.5, 0.5, 1, 1}, {30, 7.5, 2.5, 1, 1}, {3, 0.01, 0.5, 1, 1},
-  };
-
-  (void)state;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
-    const Long nu = Ratios[k];
-
-    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
-      AssertClose(
-        SlipKernelHalfSpace(1, (PetscReal)nu, rows[i].dx, rows[i].z_receiver, rows[i].z_source, rows[i].a, rows[i].b),
-        IntegrateCell(nu, 1, rows[i].dx, rows[i].z_receiver, rows[i].z_source, rows[i].a, rows[i].b));
-  }
-}
-
 /* The image's share at the cell's own centre is regular: integrate Mindlin minus Kelvin, over the cell's four quarters
    so that no point falls on the singular centre; both are differenced with the same step, so the truncation of the
    singular part cancels. */
-static void test_half_space_self(void **state)
+static void test_self(void **state)
 {
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
     const Long nu = Ratios[k], a = 1, b = 1, z = 0.5L;
     const PetscReal v = (PetscReal)nu;
@@ -178,36 +129,41 @@ static void test_half_space_self(void **state)
 
     for (int i = -1; i <= 1; i += 2)
       for (int j = -1; j <= 1; j += 2)
-        rest += IntegrateCell(nu, 1, i * a / 4, z, z + j * b / 4, a / 2, b / 2) -
-                IntegrateCell(nu, 0, i * a / 4, z, z + j * b / 4, a / 2, b / 2);
+        rest += IntegrateOffset(nu, 1, i * a / 4, 0, z, z + j * b / 4, a / 2, b / 2) -
+                IntegrateOffset(nu, 0, i * a / 4, 0, z, z + j * b / 4, a / 2, b / 2);
     AssertClose(SlipKernelHalfSpace(1, v, 0, 0.5, 0.5, 1, 1), IntegrateSelf(nu, a, b) + rest);
+    AssertClose(SlipKernelFullSpace(1, v, 0, 0, 2, 1), IntegrateSelf(nu, 2, 1));
+    AssertClose(SlipKernelFullSpace(1, v, 0, 0, 1, 1), IntegrateSelf(nu, 1, 1));
   }
 }
 
-/* Receivers on a parallel plane, also right beside the source. */
-static void test_offset_against_integration(void **state)
+/* Receivers on the source's plane, on an edge's extension and near the surface too, and on a parallel one, also right
+   beside the source. */
+static void test_against_integration(void **state)
 {
   static const struct {
     PetscReal dx, dy, z_receiver, z_source, a, b;
   } rows[] = {
-    {0, 1.2, 0.5, 0.5, 2, 1}, {2, -1, 0.5, 1.5, 2, 1},   {-4, 3, 0.5, 3.5, 2, 1},   {1, 2, 2.5, 2.5, 2, 1},
-    {6, 0.7, 4.5, 0.5, 2, 1}, {0, 2.5, 3.5, 1.5, 1, 3},  {30, -20, 7.5, 2.5, 1, 1}, {3, 5, 0.01, 0.5, 1, 1},
-    {0.3, 40, 9, 2, 2, 2},    {0, 0.01, 5.5, 2.5, 2, 1}, {2.7, 1e-3, 4, 2, 2, 1},
+    {2, 0, 0.5, 0.5, 2, 1},    {0, 0, 1.5, 0.5, 2, 1},    {0, 0, 0.5, 1.5, 2, 1},  {-4, 0, 0.5, 3.5, 2, 1},
+    {6, 0, 4.5, 0.5, 2, 1},    {1, 0, 2.5, 0.5, 1, 1},    {30, 0, 7.5, 2.5, 1, 1}, {3, 0, 0.01, 0.5, 1, 1},
+    {-6, 0, 9, 6, 2, 1},       {1, 0, 9, 6, 2, 1},        {20, 0, 2, 9, 2, 1},     {0, 1.2, 0.5, 0.5, 2, 1},
+    {2, -1, 0.5, 1.5, 2, 1},   {-4, 3, 0.5, 3.5, 2, 1},   {1, 2, 2.5, 2.5, 2, 1},  {6, 0.7, 4.5, 0.5, 2, 1},
+    {0, 2.5, 3.5, 1.5, 1, 3},  {30, -20, 7.5, 2.5, 1, 1}, {3, 5, 0.01, 0.5, 1, 1}, {0.3, 40, 9, 2, 2, 2},
+    {0, 0.01, 5.5, 2.5, 2, 1}, {2.7, 1e-3, 4, 2, 2, 1},
   };
 
-  (void)state;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++) {
-    const Long nu = Ratios[k];
-
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Ratios); k++)
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
-      for (int surface = 0; surface < 2; surface++)
-        AssertClose(SlipKernelOffset(1, (PetscReal)nu, rows[i].dx, rows[i].dy, rows[i].z_receiver, rows[i].z_source,
-                                     rows[i].a, rows[i].b, surface ? PETSC_FALSE : PETSC_TRUE),
-                    IntegrateOffset(nu, surface, rows[i].dx, rows[i].dy, rows[i].z_receiver, rows[i].z_source,
-                                    rows[i].a, rows[i].b));
-  }
-  assert_true(SlipKernelOffset(2, 0.3, 3, 0, 2, 1, 1, 1, PETSC_FALSE) == SlipKernelHalfSpace(2, 0.3, 3, 2, 1, 1, 1));
-  assert_true(SlipKernelOffset(2, 0.3, 3, 0, 2, 1, 1, 1, PETSC_TRUE) == SlipKernelFullSpace(2, 0.3, 3, 1, 1, 1));
+      for (int surface = 0; surface < 2; surface++) {
+        const PetscReal nu = (PetscReal)Ratios[k], dx = rows[i].dx, dy = rows[i].dy, a = rows[i].a, b = rows[i].b;
+        const PetscReal z = rows[i].z_receiver, zs = rows[i].z_source;
+        const PetscReal drop = SlipKernelOffset(1, nu, dx, dy, z, zs, a, b, surface ? PETSC_FALSE : PETSC_TRUE);
+
+        AssertClose(drop, IntegrateOffset(Ratios[k], surface, dx, dy, z, zs, a, b));
+        if (dy == 0)
+          assert_true(drop == (surface ? SlipKernelHalfSpace(1, nu, dx, z, zs, a, b)
+                                       : SlipKernelFullSpace(1, nu, dx, z - zs, a, b)));
+      }
 }
 
 /* Self stiffness of a square in closed form; half space, nu = 1/4: known values to their printed digits. */
@@ -215,7 +171,6 @@ static void test_known_values(void **state)
 {
   const PetscReal a = 0.3, last_digit = 1e-5;
 
-  (void)state;
   for (PetscReal size = 0.1; size < 5; size *= 3) {
     const PetscReal expected = 30e9 * PETSC_SQRT2 / PETSC_PI * (7.0 / 3) / size;
 
@@ -233,7 +188,6 @@ static void test_cells_add_up(void **state)
   const int reach = 400;
   PetscReal sum = 0;
 
-  (void)state;
   for (int i = -reach; i <= reach; i++)
     for (int j = -reach; j <= reach; j++) sum += SlipKernelFullSpace(1, 0.25, i, j, 1, 1);
   /* 640,000 terms of at most 1 with errors of 1e-16 */
@@ -259,7 +213,6 @@ static void test_long_cells_are_antiplane(void **state)
   const PetscReal nu[] = {0, 0.25, 0.45}, width = 0.2, a = 1e4;
   const PetscReal depth[][2] = {{0.1, 0.1}, {0.1, 39.9}, {20.1, 0.1}, {39.9, 39.7}};
 
-  (void)state;
   for (size_t n = 0; n < sizeof(nu) / sizeof(nu[0]); n++)
     for (size_t k = 0; k < sizeof(depth) / sizeof(depth[0]); k++) {
       const PetscReal r = depth[k][0], s = depth[k][1];
@@ -273,17 +226,4 @@ static void test_long_cells_are_antiplane(void **state)
     }
 }
 
-int main(void)
-{
-  const struct CMUnitTest tests[] = {
-    cmocka_unit_test(test_known_values),
-    cmocka_unit_test(test_full_space_against_integration),
-    cmocka_unit_test(test_half_space_against_integration),
-    cmocka_unit_test(test_half_space_self),
-    cmocka_unit_test(test_offset_against_integration),
-    cmocka_unit_test(test_cells_add_up),
-    cmocka_unit_test(test_long_cells_are_antiplane),
-  };
-
-  return cmocka_run_group_tests(tests, NULL, NULL);
-}
+SLIP_TESTS(test_known_values, test_against_integration, test_self, test_cells_add_up, test_long_cells_are_antiplane)

@@ -7,6 +7,7 @@
 */
 #include "unit.h"
 #include "products.h"
+#include "cells.h"
 #include <math.h>
 
 #define NX 11
@@ -53,6 +54,8 @@ static PetscReal Columns[5][NX * NZ];
 /* Cells of one size, rows of a grid one below the other, or on two planes 100 m apart and growing with depth */
 static SlipCells MakeCells(PetscBool grid, PetscReal top)
 {
+  SlipCells cells = CellsOfColumns(NX * NZ, Columns[0]);
+
   for (PetscInt e = 0; e < NX * NZ; e++) {
     const PetscInt ix = e % NX, iz = e / NX;
     const PetscReal b = grid ? 50 : 40 + iz;
@@ -63,13 +66,8 @@ static SlipCells MakeCells(PetscBool grid, PetscReal top)
     Columns[3][e] = 90;
     Columns[4][e] = b;
   }
-  return (SlipCells){.n = NX * NZ,
-                     .x = Columns[0],
-                     .y = Columns[1],
-                     .z = Columns[2],
-                     .length = Columns[3],
-                     .width = Columns[4],
-                     .kernel = Kernel};
+  cells.kernel = Kernel;
+  return cells;
 }
 
 /* (A_i K_ij + A_j K_ji) / (2 mean(A)) straight from the formula */
@@ -93,8 +91,7 @@ static Mat Direct(const SlipCells *c)
         (2 * area);
     }
   ok(MatDenseRestoreArrayWrite(K, &a));
-  ok(MatAssemblyBegin(K, MAT_FINAL_ASSEMBLY));
-  ok(MatAssemblyEnd(K, MAT_FINAL_ASSEMBLY));
+  ok(MatAssemble(K));
   return K;
 }
 
@@ -106,7 +103,7 @@ static PetscReal Distance(Mat A, Mat B)
 
   ok(MatCreateVecs(B, &x, &a));
   ok(VecDuplicate(a, &b));
-  for (PetscInt i = 0; i < NX * NZ; i++) ok(VecSetValue(x, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+  ok(VecFillSines(x));
   ok(ProductDistance(A, B, x, &distance));
   ok(MatGetDiagonal(A, a));
   ok(MatGetDiagonal(B, b));
@@ -123,7 +120,6 @@ static void grids(void **state)
 {
   const char *const depth[] = {"auto", "blocks", "transform"};
 
-  (void)state;
   for (int full = 0; full < 2; full++) {
     SlipGrid grid = {NX, NZ, 90 * NX, 50 * NZ, 130, Kernel};
     SlipCells cells = MakeCells(PETSC_TRUE, grid.depth_top);
@@ -149,7 +145,6 @@ static void cells(void **state)
   Mat direct = Direct(&cells), K;
   PetscReal error;
 
-  (void)state;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 0.5, &K));
   assert_true(Distance(K, direct) < 1e-14);
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &K));
@@ -167,7 +162,6 @@ static void blocks_only(void **state)
   const SlipCells cells = MakeCells(PETSC_TRUE, grid.depth_top);
   Mat direct = Direct(&cells), K[2], H[2];
 
-  (void)state;
   type.surface = NULL;
   grid.kernel.type = &type;
   for (int t = 0; t < 2; t++) {
@@ -212,7 +206,6 @@ static void largest_blocks(void **state)
   SlipCells cells = MakeCells(PETSC_TRUE, grid.depth_top);
   Mat direct = Direct(&cells), K, Kn;
 
-  (void)state;
   grid.kernel.type = &type;
   for (int t = 0; t < 2; t++) {
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, t ? "fft" : "dense", &K));
@@ -234,11 +227,9 @@ static void largest_blocks(void **state)
     ok(VecDuplicate(x, &d));
     ok(MatGetDiagonal(K, d));
     ok(MatGetDiagonal(direct, want));
-    ok(VecGetArrayRead(d, &a));
-    ok(VecGetArrayRead(want, &b));
+    a = VecRead(d);
+    b = VecRead(want);
     for (PetscInt i = 0; i < 3 * NX * NZ; i++) AssertNear(a[i], b[i / 3], 1e-14 * b[i / 3]);
-    ok(VecRestoreArrayRead(want, &b));
-    ok(VecRestoreArrayRead(d, &a));
     ObjectsDestroy(&K, &Kn, &x, &y, &d, &want);
   }
   ok(MatDestroy(&direct));
@@ -251,7 +242,6 @@ static void refused(void **state)
   SlipCells cells = MakeCells(PETSC_FALSE, 20);
   Mat K = NULL;
 
-  (void)state;
   grid.kernel.type = cells.kernel.type = NULL;
   fails(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K), "SlipKernelStrikeSlip");
   fails(SlipCellsCheck(PETSC_COMM_SELF, &cells, "cells"), "SlipKernelStrikeSlip");

@@ -42,7 +42,6 @@ static PetscReal Radius(PetscReal k, PetscReal c, PetscReal weight)
    eigenvalue is -1, on the unit circle, where undamped ones are everywhere. */
 static void bound_is_that_of_eigenvalues(void **state)
 {
-  (void)state;
   for (int i = 0; i < 7; i++)
     for (int j = 0; j <= 5; j++) {
       const PetscReal zeta = (const PetscReal[]){0, 0.02, 0.1, 0.8 / 3, 0.5, 1, 3}[i], weight = 0.5 + 0.25 * j;
@@ -62,7 +61,6 @@ static void bound_is_that_of_eigenvalues(void **state)
 /* The modes of part of the cells have any k and c up to those of the fastest one of all */
 static void less_is_stable(void **state)
 {
-  (void)state;
   for (int j = 0; j <= 5; j++) {
     const PetscReal weight = 0.5 + 0.25 * j;
 
@@ -85,7 +83,6 @@ static void varied_steps(void **state)
   } pattern[] = {{2, {1, 0.5}}, {2, {1, 0.75}}, {3, {1, 1, 0.5}}, {3, {1, 0.5, 0.5}}, {5, {1, 1, 0.5, 1, 0.5}}};
   const PetscReal zeta = 0.12, limit = SlipLagLimit(zeta, 1);
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(pattern); i++)
     for (int m = 1; m <= 20; m++) {
       const PetscReal w = 0.05 * m;
@@ -113,7 +110,6 @@ static void reach(void **state)
 {
   const PetscReal gamma[] = {0.5, 5.0 / 12, 3.0 / 8, 251.0 / 720};
 
-  (void)state;
   assert_true(SlipAdamsReach(5, 2) == 0 && SlipAdamsReach(4, 5) == 0 && SlipAdamsReach(2, 1) == 0);
   for (PetscInt k = 1; k <= 4; k++)
     for (PetscInt m = 2; SlipAdamsReach(k, m) > 0; m++) {

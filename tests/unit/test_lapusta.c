@@ -15,66 +15,50 @@ static Problem p;
 
 static PetscErrorCode Rates(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
   p.evaluations++;
   PetscCall(VecCopy(u, f));
   PetscCall(VecScale(f, p.jumps ? 0 : p.rate));
-  PetscCall(VecShift(f, p.jumps ? (t >= 1.25 ? 1 : 0) : 2 * t));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecShift(f, p.jumps ? (t >= 1.25 ? 1 : 0) : 2 * t);
 }
 
 static PetscErrorCode Follow(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
-  PetscCall(VecWAXPY(w1, h, F, w0));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecWAXPY(w1, h, F, w0);
 }
 
 static PetscErrorCode Shortest(TS ts, PetscReal *step, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
   *step = p.shortest;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Waits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)w, (void)ctx;
   *waits = t < p.waits_until ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
   *next = p.corner > t ? p.corner : PETSC_MAX_REAL;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode RollBack(TS ts, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)ctx;
   p.rollbacks++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Inside(TS ts, PetscReal t, Vec u, PetscBool *inside)
 {
   PetscReal most;
 
-  PetscFunctionBeginUser;
-  (void)ts;
   p.domain = t;
   PetscCall(VecMax(u, NULL, &most));
   *inside = most <= p.most ? PETSC_TRUE : PETSC_FALSE;
   if (!*inside) p.attempts++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static const SlipProblemOps Ops = {
@@ -92,8 +76,6 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
 {
   PetscInt order;
 
-  PetscFunctionBeginUser;
-  (void)h;
   PetscCall(TSEvaluateWLTE(ts, NORM_INFINITY, &order, &script.error));
   script.order = (int)order;
   p.attempts++;
@@ -101,7 +83,7 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
   *wlte = *wltea = *wlter = -1;
   *accept = script.at >= script.refuses || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   *next = script.wants[++script.at];
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A run from u0 that begins with wants[0] */
@@ -156,7 +138,6 @@ static void test_list(void **state)
   Vec u;
   TS ts;
 
-  (void)state;
   p = nothing;
   p.shortest = 0.125;
   ts = Start("script", asked, 1e3, 1, &u);
@@ -193,7 +174,6 @@ static void test_ends(void **state)
   Vec u;
   TS ts;
 
-  (void)state;
   p = nothing;
   p.shortest = 0.125;
   for (int k = 0; k < 5; k++) {
@@ -217,7 +197,6 @@ static void test_corner(void **state)
   const PetscReal one[] = {1, 1};
   int beyond = 0;
 
-  (void)state;
   p = nothing;
   p.shortest = 0.125;
   for (int k = 1; k < 64; k++) {
@@ -275,7 +254,6 @@ static void test_formulas(void **state)
   Vec x;
   TS ts;
 
-  (void)state;
   p = nothing;
   p.rate = -0.5;
   p.shortest = 0.125;
@@ -317,7 +295,6 @@ static void test_refused(void **state)
   Vec x;
   TS ts;
 
-  (void)state;
   p = nothing;
   p.rate = -0.5;
   p.shortest = 0.125;
@@ -358,7 +335,6 @@ static void test_waits(void **state)
   Vec x;
   TS ts;
 
-  (void)state;
   p = nothing;
   p.jumps = PETSC_TRUE;
   p.shortest = 0.125;

@@ -37,7 +37,6 @@ static void exponential_integral(void **state)
      20 */
   const PetscReal x[] = {1e-8, 1e-3, 0.1, 0.5, 0.999999, 1, 1.000001, 1.5, 2, 5, 10, 50, 300};
 
-  (void)state;
   assert_true(fabs(SlipExponentialIntegral(0.5) - 0.559773595) < 6e-10);
   assert_true(fabs(SlipExponentialIntegral(1) - 0.219383934) < 6e-10);
   assert_true(fabs(SlipExponentialIntegral(2) - 0.048900511) < 6e-10);
@@ -68,9 +67,9 @@ static SlipFault Fault(void)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
   ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
                    {"initial_traction", 1e7}));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
   return fault;
 }
 
@@ -87,7 +86,6 @@ static void record(void **state)
 {
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("loads", dir));
   snprintf(file, sizeof(file), "%s/p.h5", dir);
   for (PetscInt ndim = 2; ndim <= 3; ndim++) {
@@ -121,7 +119,6 @@ static void source(void **state)
   const PetscReal p = 2e6, D = 0.5, stop = 4e6, t = 7e6;
   SlipFault fault = Fault();
 
-  (void)state;
   ok(SlipFaultSetString(fault, "injection", "500,750")); /* the centre of the first of the cells of 1000 x 1500 m */
   ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}, {"injection_stop", stop}));
   ok(SlipFaultSetUp(fault));
@@ -150,7 +147,6 @@ static void source_of_planes(void **state)
   SlipFault fault;
   SlipH5 h5;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("planes", dir));
   snprintf(file, sizeof(file), "%s/m.h5", dir);
   ok(SlipH5Create(file, &h5));
@@ -158,10 +154,8 @@ static void source_of_planes(void **state)
   ok(SlipH5Close(&h5));
   for (int wrong = 0; wrong < 2; wrong++) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-    ok(SlipFaultSetReal(fault, "normal_stress", 5e7));
-    ok(SlipFaultSetString(fault, "mesh", file));
-    ok(SlipFaultSetString(fault, "injection", wrong ? "0,5000" : "0,300,5000"));
-    ok(FaultSetReals(fault, {"injection_pressure", p}, {"injection_diffusivity", D}));
+    ok(FaultSetStrings(fault, {"mesh", file}, {"injection", wrong ? "0,5000" : "0,300,5000"}));
+    ok(FaultSetReals(fault, {"normal_stress", 5e7}, {"injection_pressure", p}, {"injection_diffusivity", D}));
     if (wrong)
       fails(SlipFaultSetUp(fault), "-fault_injection is \"0,5000\"");
     else
@@ -185,7 +179,6 @@ static void disc_of_the_source(void **state)
   const PetscInt n = 200000;
   PetscReal mean = 0;
 
-  (void)state;
   for (PetscInt k = 0; k < n; k++) {
     const PetscReal r = R * ((PetscReal)k + 0.5) / (PetscReal)n;
 
@@ -197,7 +190,6 @@ static void disc_of_the_source(void **state)
 /* Grows from nothing to the pressure of the last row in 100 s */
 static PetscErrorCode Growing(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault;
   for (PetscInt i = 0; i < n; i++) p[i] = *(PetscReal *)ctx * PetscClipInterval(t / 100, 0, 1);
   return PETSC_SUCCESS;
 }
@@ -211,8 +203,7 @@ static PetscReal Slip(const char file[], PetscReal largest, PetscReal *opened)
   TS ts;
   Vec w;
 
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-  ok(SlipFaultSetString(fault, "friction_law", "constant"));
+  ok(FaultSetStrings(fault, {"viscosity", "radiation"}, {"friction_law", "constant"}));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));
   if (file)
     ok(SlipFaultSetString(fault, "pore_pressure", file));
@@ -237,7 +228,6 @@ static void function(void **state)
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
   SlipH5 h;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("loads", dir));
   snprintf(file, sizeof(file), "%s/p.h5", dir);
   for (PetscInt e = 0; e < N; e++) pressure[N + e] = 4e7;
@@ -295,7 +285,6 @@ static void corners(void **state)
   TSAdapt adapt;
   TS ts;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("loads", dir));
   snprintf(file, sizeof(file), "%s/p.h5", dir);
   for (PetscInt i = 0; i < MANY; i++) {
@@ -314,8 +303,7 @@ static void corners(void **state)
     ok(FaultSetReals(fault, {"friction_residual", weakens ? mu - 0.1 : mu}, {"friction_drop", 0.1},
                      {"friction_slip", kind == 2 ? D / 2 : 10 * D}));
     ok(SlipFaultSetInertia(fault, PETSC_FALSE));
-    ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-    ok(SlipFaultSetString(fault, "pore_pressure", file));
+    ok(FaultSetStrings(fault, {"viscosity", "radiation"}, {"pore_pressure", file}));
     if (stops) {
       ok(SlipFaultSetString(fault, "injection", "500,750"));
       ok(FaultSetReals(fault, {"injection_pressure", 1e3}, {"injection_diffusivity", 1}, {"injection_stop", 3.5}));
@@ -358,7 +346,6 @@ static void opening(void **state)
   PetscReal stress[2], closed;
   const PetscReal just = Slip(NULL, 5e7, NULL), once = Slip(NULL, 6e7, &stress[0]), twice = Slip(NULL, 1e8, &stress[1]);
 
-  (void)state;
   (void)Slip(NULL, 4.9e7, &closed);
   assert_true(stress[0] == 0 && stress[1] == 0 && closed == -1);
   /* Slip follows the load within H/K, some 3000 m/(2 cs) = 0.4 s: 16 s and more after all cells have opened the two are
@@ -369,7 +356,6 @@ static void opening(void **state)
 
 static PetscErrorCode Steady(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
 {
-  (void)fault, (void)t;
   for (PetscInt i = 0; i < n; i++) p[i] = *(PetscReal *)ctx;
   return PETSC_SUCCESS;
 }
@@ -380,7 +366,6 @@ static void start_under_pressure(void **state)
 {
   const PetscReal mu = 0.6;
 
-  (void)state;
   for (int k = 0; k < 6; k++) {
     PetscReal pressure = 1e7 * (k / 2 - 1);
     SlipFault fault = Fault();

@@ -10,16 +10,6 @@
 
 static const PetscReal Thetas[] = {0.01, 0.1, 0.5, 1.5, 6.0};
 
-static void Fill(Vec x)
-{
-  PetscInt n;
-
-  ok(VecGetSize(x, &n));
-  for (PetscInt i = 0; i < n; i++) ok(VecSetValue(x, i, PetscSinReal(1.0 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-  ok(VecAssemblyBegin(x));
-  ok(VecAssemblyEnd(x));
-}
-
 static Mat Stiffness(PetscReal depth_top, PetscBool full_space, const char *type)
 {
   const SlipGrid grid = {SIDE, SIDE, 3000.0, 3000.0, depth_top, ROCK(0.25, full_space, SLIP_AVERAGE_CENTRE)};
@@ -54,7 +44,7 @@ static PetscReal Contraction(Mat B, Mat A)
   ok(MatCholeskyFactor(factor, order, NULL));
   ok(MatCreateVecs(B, &e, &r));
   ok(VecDuplicate(e, &work));
-  Fill(e);
+  ok(VecFillSines(e));
   for (int k = 0; k < 60; k++) {
     before = Energy(A, e, work);
     ok(VecScale(e, 1 / PetscSqrtReal(before)));
@@ -101,7 +91,6 @@ static void test_contraction_on_grids(void **state)
     PetscReal most;
   } rows[] = {{0, PETSC_FALSE, 0.03}, {400, PETSC_FALSE, 0.03}, {3000, PETSC_FALSE, 0.03}, {0, PETSC_TRUE, 0.03}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     Mat K = Stiffness(rows[k].depth_top, rows[k].full_space, "fft");
     const PetscReal worst = WorstContraction(K);
@@ -119,11 +108,9 @@ static void test_contraction_without_grid(void **state)
   Mat K = Stiffness(0, PETSC_FALSE, "dense"), bare;
   const PetscScalar *a;
 
-  (void)state;
   ok(PetscMalloc1(N * N, &entries));
-  ok(MatDenseGetArrayRead(K, &a));
+  a = MatRead(K);
   ok(PetscArraycpy(entries, a, N * N));
-  ok(MatDenseRestoreArrayRead(K, &a));
   ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, N, entries, "test", &bare));
   worst = WorstContraction(bare);
   print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
@@ -135,8 +122,7 @@ static void test_contraction_without_grid(void **state)
 static void FillDirection(Vec x, PetscInt j)
 {
   for (PetscInt i = 0; i < N; i++) ok(VecSetValue(x, i, PetscCosReal(0.3 * j + 0.1 * (j + 1) * i), INSERT_VALUES));
-  ok(VecAssemblyBegin(x));
-  ok(VecAssemblyEnd(x));
+  ok(VecAssemble(x));
 }
 
 /* Largest |A x - B x| / |B x| of directions first to last; largest asymmetry of A between them and another vector. */
@@ -149,7 +135,7 @@ static void CompareOnDirections(Mat A, Mat B, PetscInt first, PetscInt last, Pet
   ok(MatCreateVecs(B, &x, &y));
   VecsDuplicate(x, &Ax, &Ay, &Bx);
   *distance = *asymmetry = 0;
-  Fill(y);
+  ok(VecFillSines(y));
   ok(MatMult(A, y, Ay));
   for (PetscInt j = first; j <= last; j++) {
     FillDirection(x, j);
@@ -220,7 +206,6 @@ static void test_correction_of_cells(void **state)
   const SlipCells cells = TwoGradedFaults(SIDE, SIDE / 2, 1, data);
   Mat K;
 
-  (void)state;
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-8, &K));
   CheckCorrection(K, ZETA / (2 + ZETA));
 }
@@ -228,7 +213,6 @@ static void test_correction_of_cells(void **state)
 /* A grid, whose approximation has a viscosity of its own; delta as of test_contraction_on_grids() */
 static void test_correction_of_a_grid(void **state)
 {
-  (void)state;
   CheckCorrection(Stiffness(0, PETSC_FALSE, "fft"), 0.03);
 }
 
@@ -242,7 +226,6 @@ static void test_root_of_endless_plane(void **state)
   Mat K, H, part, whole;
   PetscReal difference = 0, size = 0;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &small, "fft", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "toeplitz", &H));
   ok(MatConvert(H, MATDENSE, MAT_INITIAL_MATRIX, &part));
@@ -267,7 +250,6 @@ static void test_root_of_endless_plane(void **state)
 /* One product for all of B against three, and diagonals against the entries: rounding. */
 static void test_fused_product(void **state)
 {
-  (void)state;
   for (int full_space = 0; full_space < 2; full_space++) {
     Mat K = Stiffness(0, full_space ? PETSC_TRUE : PETSC_FALSE, "fft"), H, B, dense;
     Vec x, y, z, d;
@@ -277,7 +259,7 @@ static void test_fused_product(void **state)
     ok(MatCreateSlipStage(K, H, MASS, &B));
     ok(MatCreateVecs(K, &x, &y));
     VecsDuplicate(x, &z, &d);
-    Fill(x);
+    ok(VecFillSines(x));
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Thetas); k++) {
       ok(MatSlipStageSetTheta(B, Thetas[k]));
       ok(MatMult(K, x, y));
@@ -308,11 +290,10 @@ static PetscReal DistanceOfIterates(Mat exact, Mat H)
   ok(MatCreateVecs(H, &x, &y));
   ok(VecDuplicate(y, &z));
   ok(VecGetSize(x, &n));
-  Fill(x);
+  ok(VecFillSines(x));
   for (PetscInt k = 0; k < 30; k++) { /* more than are remembered */
     ok(VecSetValue(x, 17 * k % n, PetscPowRealInt(0.4, (int)k), ADD_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     ok(MatMult(exact, x, y));
     ok(MatMult(H, x, z));
     ok(VecNorm(y, NORM_2, &size));
@@ -347,7 +328,6 @@ static void test_viscosities_of_large_grids(void **state)
 {
   Mat K = Stiffness(0, PETSC_FALSE, "fft"), dense = Stiffness(0, PETSC_FALSE, "dense"), exact;
 
-  (void)state;
   ok(MatCreateSlipViscosity(dense, MASS, ZETA, "sqrtm", &exact));
   assert_true(DistanceOfLanczos(K, "sqrtm", "-mat_slipsqrtm_setup", exact) < 2e-10);
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
@@ -364,7 +344,6 @@ static void test_waves_of_deep_grid(void **state)
   Mat K, exact, H;
   Vec x, y, z;
 
-  (void)state;
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
   ok(PetscOptionsSetValue(NULL, "-mat_slipspectral_type", "blocks"));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "spectral", &exact));
@@ -376,11 +355,10 @@ static void test_waves_of_deep_grid(void **state)
   ok(VecSet(x, 1));
   for (int k = 0; k < 8; k++) {
     if (k) { /* k = 1: of another direction but for 1e-8; then ever less is new */
-      Fill(z);
+      ok(VecFillSines(z));
       if (k == 1) ok(VecScale(x, 1e-8));
       if (k > 1) ok(VecSetValue(z, 7 * k, 3, INSERT_VALUES));
-      ok(VecAssemblyBegin(z));
-      ok(VecAssemblyEnd(z));
+      ok(VecAssemble(z));
       ok(VecAXPY(x, PetscPowRealInt(0.1, k - 1), z));
     }
     ok(MatMult(exact, x, y));
@@ -394,10 +372,9 @@ static void test_waves_of_deep_grid(void **state)
   ok(MatSlipViscosityAllow(H, 1e-3));
   for (int k = 0; k < 12;
        k++) { /* few digits, which few steps a wavenumber have; parts that are known are off as well */
-    Fill(z);
+    ok(VecFillSines(z));
     for (PetscInt i = 0; i < 100; i++) ok(VecSetValue(z, 13 * i + k, 10, INSERT_VALUES));
-    ok(VecAssemblyBegin(z));
-    ok(VecAssemblyEnd(z));
+    ok(VecAssemble(z));
     ok(VecAYPX(x, 0.5, z));
     ok(MatMult(exact, x, y));
     ok(MatMult(H, x, z));

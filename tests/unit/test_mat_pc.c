@@ -17,20 +17,15 @@ static PetscErrorCode JacobianMult(Mat J, Vec x, Vec y)
   const PetscReal *m, *d, *px;
   PetscReal *py;
 
-  PetscFunctionBegin;
   PetscCall(MatShellGetContext(J, &p));
   PetscCall(VecPointwiseMult(p->work, p->mask, x));
   PetscCall(MatMult(p->B, p->work, y));
-  PetscCall(VecGetArrayRead(p->mask, &m));
-  PetscCall(VecGetArrayRead(p->slope, &d));
-  PetscCall(VecGetArrayRead(x, &px));
+  m = VecRead(p->mask);
+  d = VecRead(p->slope);
+  px = VecRead(x);
   PetscCall(VecGetArray(y, &py));
   for (PetscInt i = 0; i < p->n; i++) py[i] = m[i] * py[i] + d[i] * m[i] * px[i] + (1 - m[i]) * px[i];
-  PetscCall(VecRestoreArray(y, &py));
-  PetscCall(VecRestoreArrayRead(x, &px));
-  PetscCall(VecRestoreArrayRead(p->slope, &d));
-  PetscCall(VecRestoreArrayRead(p->mask, &m));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(y, &py);
 }
 
 static Mat StageOf(PetscInt n, const char *type)
@@ -131,7 +126,6 @@ static void test_iterations(void **state)
     {0.5, 1.0, 0.3, 10},   {0.5, 0.5, 0.3, 14},   {1.5, 1.0, 0.0, 11}, {1.5, 0.9, 0.3, 16},
   };
 
-  (void)state;
   for (PetscInt n = 25; n <= 50; n += 25) {
     Mat B = StageOf(n, "fft");
 
@@ -186,7 +180,6 @@ static void test_symbol_by_plain_sums(void **state)
               {{7, 5, 3000.0, 2500.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)}, -1}};
   const PetscReal theta = 0.4;
 
-  (void)state;
   for (size_t r = 0; r < PETSC_STATIC_ARRAY_LENGTH(rows); r++) {
     const SlipGrid *g = &rows[r].grid;
     const PetscInt nx = g->nx, nz = g->nz, gap = rows[r].gap, N = nx * nz;
@@ -223,7 +216,7 @@ static void test_symbol_by_plain_sums(void **state)
       ok(VecSet(e, 0));
       ok(VecSetValue(e, j, 1, INSERT_VALUES));
       ok(PCApply(pc, e, y));
-      ok(VecGetArrayRead(y, &got));
+      got = VecRead(y);
       for (PetscInt i = 0; i < N; i++) {
         const PetscInt dx = PetscAbsInt(i % nx - j % nx), iz = i / nx, jz = j / nx;
         PetscReal want = kernel[dx * (Q + 1) + PetscAbsInt(iz - jz)];
@@ -232,7 +225,6 @@ static void test_symbol_by_plain_sums(void **state)
         worst = PetscMax(worst, PetscAbsReal(got[i] - want));
         size = PetscMax(size, PetscAbsReal(want));
       }
-      ok(VecRestoreArrayRead(y, &got));
     }
     print_message("symbol by plain sums, grid %zu: %.1e relative\n", r, (double)(worst / size));
     assert_true(worst < 1e-13 * size);
@@ -246,7 +238,6 @@ static void test_symmetric_positive_definite(void **state)
 {
   static const char *const types[] = {"fft", "dense"};
 
-  (void)state;
   for (int t = 0; t < 2; t++) {
     Mat B = StageOf(12, types[t]);
     Problem *p = CreateProblem(B, 2.0, 0.6, 30.0);
@@ -284,7 +275,6 @@ static void test_symmetric_positive_definite(void **state)
    more. */
 static void test_stiffness_alone(void **state)
 {
-  (void)state;
   for (PetscInt n = 25; n <= 100; n *= 2) {
     const SlipGrid grid = {n, n, 3000.0, 3000.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
     Mat K;
@@ -322,7 +312,6 @@ static void test_diagonal_without_grid(void **state)
   Vec x, y;
   PC pc;
 
-  (void)state;
   ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, 3, entries, "test", &K));
   ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
   ok(MatCreateSlipStage(K, H, MASS, &B));
@@ -346,7 +335,6 @@ static void test_options(void **state)
   Mat B = StageOf(8, "fft");
   PC pc;
 
-  (void)state;
   ok(PCCreate(PETSC_COMM_SELF, &pc));
   ok(PCSetOptionsPrefix(pc, "own_"));
   ok(PCSetOperators(pc, B, B));

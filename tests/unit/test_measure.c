@@ -19,8 +19,7 @@ static Run start(const char options[])
 {
   Run r;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(FaultSetReals(r.fault, {"nx", 1}, {"nz", 1}));
   ok(FaultStart(r.fault, TSADAPTRL, 0, 0, &r.w, &r.ts));
@@ -108,7 +107,6 @@ static void default_policies(void **state)
 {
   char dir[TEMPDIR_LENGTH];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("test_measure", dir));
   assert_int_equal(0, setenv("SLIPSTEP_POLICY_DIR", dir, 1));
   store(dir, "fault.h5", "history", 1e-3, 1e-1);
@@ -145,7 +143,6 @@ static void named(void **state)
   const char *found;
   char text[512];
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
     Run r = start(row[i].asked);
     SlipPolicy p = policy(row[i].trained, 1e-3, 1e-1);
@@ -167,7 +164,6 @@ static void setter(void **state)
   Run r = start("-ts_adapt_rl_measure slip");
   FILE *f;
 
-  (void)state;
   message[0] = 0;
   assert_int_not_equal(0, (int)TSSetFromOptions(r.ts));
   if (!strstr(message, "-ts_adapt_rl_measure is \"slip\", expected history, final_slip or event_time"))
@@ -198,7 +194,6 @@ static void other_problem(void **state)
   Run r = start("-ts_adapt_rl_measure final_slip");
   char text[512];
 
-  (void)state;
   ok(TSSetSlipProblem(r.ts, NULL, NULL));
   ok(TSAdaptRLSetPolicy(r.adapt, p));
   (void)step(&r, text, sizeof(text), "-ts_adapt_rl_measure final_slip: the problem has only one measure of error");
@@ -231,7 +226,6 @@ static void clipped(void **state)
 {
   char text[512];
 
-  (void)state;
   near(dialled("-ts_adapt_rl_accuracy 1e-2", text, sizeof(text)), pow(10, tanh(-2) - 1));
   assert_string_equal(text, "");
   near(dialled("-ts_adapt_rl_accuracy 7e-4", text, sizeof(text)), pow(10, tanh(log10(7e-4)) - 1));
@@ -250,7 +244,6 @@ static void alternative(void **state)
   char text[1024];
   Run r;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("test_measure", dir));
   assert_int_equal(0, setenv("SLIPSTEP_POLICY_DIR", dir, 1));
   store(dir, "fault.h5", "history", 3e-3, 1e-1);
@@ -273,7 +266,6 @@ static PetscReal seen;
 static PetscErrorCode actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
                             PetscBool guarded, PetscReal *h, void *ctx)
 {
-  (void)adapt, (void)ts, (void)n, (void)last, (void)guarded, (void)ctx;
   seen = obs[0];
   *h = 0.01;
   return PETSC_SUCCESS;
@@ -287,7 +279,6 @@ static void actors(void **state)
   Run r = start("-ts_adapt_rl_accuracy 1e-4");
   char text[512];
 
-  (void)state;
   ok(TSAdaptRLSetPolicy(r.adapt, p));
   ok(TSAdaptRLSetActor(r.adapt, 1, names, 0, 1, actor, NULL));
   (void)step(&r, text, sizeof(text), NULL);

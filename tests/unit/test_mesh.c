@@ -47,7 +47,6 @@ static void grid(void **state)
   SlipFault fault;
   SlipFaultCell cell;
 
-  (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"depth_top", 500}));
   ok(SlipFaultSetUp(fault));
@@ -66,7 +65,6 @@ static void list(void **state)
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8], first[96], second[96];
   SlipFault fault;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("mesh", dir));
   snprintf(file, sizeof(file), "%s/mesh.h5", dir);
   ok(WriteCells(file, &cells));
@@ -136,7 +134,6 @@ static void planes(void **state)
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8], first[96], second[96];
   SlipFault fault;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("mesh", dir));
   snprintf(file, sizeof(file), "%s/mesh.h5", dir);
   for (PetscInt k = 0; k < 8; k++) AddTo(column, k, k / 2, k == 4 ? 340 : -20, 35, at[k % 2]);
@@ -185,7 +182,6 @@ static void vertical(void **state)
   SlipFault fault[3];
   Mat K[3];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("mesh", dir));
   snprintf(file, sizeof(file), "%s/mesh.h5", dir);
   for (PetscInt k = 0; k < N; k++) {
@@ -229,12 +225,10 @@ static void turned_grid(void **state)
   SlipFault fault[2];
   PetscReal norm, error;
 
-  (void)state;
   for (int f = 0; f < 2; f++) {
     ok(SlipFaultCreate(PETSC_COMM_SELF, &fault[f]));
+    ok(FaultSetStrings(fault[f], {"operator", f ? "hmat" : "dense"}, {"viscosity", "radiation"}));
     ok(FaultSetReals(fault[f], {"nx", NX}, {"nz", NZ}, {"strike", f ? 50 : 0}));
-    ok(SlipFaultSetString(fault[f], "operator", f ? "hmat" : "dense"));
-    ok(SlipFaultSetString(fault[f], "viscosity", "radiation"));
     ok(SlipFaultSetUp(fault[f]));
     ok(SlipFaultGetOperators(fault[f], &K[f], NULL, NULL));
     ok(MatConvert(K[f], MATDENSE, MAT_INITIAL_MATRIX, &K[f]));
@@ -243,10 +237,7 @@ static void turned_grid(void **state)
   ok(MatAXPY(K[1], -1, K[0], SAME_NONZERO_PATTERN));
   ok(MatNorm(K[1], NORM_FROBENIUS, &error));
   assert_true(error < 1e-12 * norm); /* one block, which is stored as it is */
-  for (int f = 0; f < 2; f++) {
-    ok(MatDestroy(&K[f]));
-    ok(SlipFaultDestroy(&fault[f]));
-  }
+  for (int f = 0; f < 2; f++) ObjectsDestroy(&K[f], &fault[f]);
 }
 
 /* ---- triangles ---- */
@@ -286,9 +277,7 @@ static SlipFault FaultOfTriangles(PetscInt n, const PetscReal vertex[][3], const
   ok(SlipH5WriteReal(&h, "/fault", 1, triangles, label, NULL));
   ok(SlipH5Close(&h));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetString(fault, "mesh", file));
-  ok(SlipFaultSetString(fault, "initial", "rest"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(FaultSetStrings(fault, {"mesh", file}, {"initial", "rest"}, {"viscosity", "radiation"}));
   ok(SlipFaultSetUp(fault));
   assert_int_equal(0, TempDirRemove(dir));
   return fault;
@@ -313,7 +302,6 @@ static void vertical_triangles(void **state)
                {{30, 30}, {90 - 1e-6, 90}, 0, PETSC_TRUE},
                {{30, 120}, {90, 90}, 90, PETSC_TRUE}};
 
-  (void)state;
   for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
     PetscReal vertex[8][3], triangle[4][3];
     SlipFault fault;
@@ -337,7 +325,6 @@ static void extents_of_triangles(void **state)
   PetscReal d[9], vertex[8][3], triangle[4][3];
   SlipFault fault;
 
-  (void)state;
   SlipPlaneDirections(strike, dip, 0, d);
   for (int r = 0; r < 2; r++) {
     const PetscReal at[3] = {7e3 + 1200 * r * d[0], -3e3 + 1200 * r * d[1], 500 + 1200 * r * d[2]};

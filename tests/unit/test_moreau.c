@@ -24,15 +24,13 @@ static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], voi
 {
   const Blocks *b = (const Blocks *)ctx;
 
-  PetscFunctionBeginUser;
-  (void)t;
   for (PetscInt i = 0; i < b->n; i++) {
     F[i] = b->load;
     for (PetscInt j = 0; j < b->n; j++) F[i] -= b->K[i][j] * w[b->n + j] + b->H[i][j] * w[j];
     F[b->n + i] = w[i];
     F[2 * b->n + i] = fabs(w[i]);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
@@ -40,8 +38,6 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   const Blocks *b = (const Blocks *)ctx;
   const PetscInt n = b->n, N = 3 * n;
 
-  PetscFunctionBeginUser;
-  (void)t;
   for (PetscInt i = 0; i < n; i++) {
     for (PetscInt j = 0; j < n; j++) {
       J[i * N + n + j] = -b->K[i][j];
@@ -50,17 +46,15 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
     J[(n + i) * N + i] = 1;
     J[(2 * n + i) * N + i] = w[i] < 0 ? -1 : 1;
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
   const Blocks *b = (const Blocks *)ctx;
 
-  PetscFunctionBeginUser;
-  (void)t, (void)dq;
   for (PetscInt i = 0; i < b->n; i++) q[i] = Strength(b, w[2 * b->n + i]);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static TS Explicit(Blocks *b)
@@ -126,11 +120,9 @@ static PetscErrorCode Vary(TS ts)
   const PetscReal *h;
   PetscInt step;
 
-  PetscFunctionBeginUser;
   PetscCall(TSGetApplicationContext(ts, (void *)&h));
   PetscCall(TSGetStepNumber(ts, &step));
-  PetscCall(TSSetTimeStep(ts, *h * share[step % 3]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TSSetTimeStep(ts, *h * share[step % 3]);
 }
 
 /* Errors at the end of the slip of all blocks and of the energy, with steps that vary or do not */
@@ -156,7 +148,6 @@ static void ErrorsAt(Blocks *b, PetscInt steps, PetscBool vary, PetscReal error[
    forces of the start exceed the strength, so that all slide at once */
 static void test_order(void **state)
 {
-  (void)state;
   for (PetscInt n = 1; n <= MOST; n += 2)
     for (int vary = 0; vary < 2; vary++) {
       Blocks b = Chain(n);
@@ -181,7 +172,6 @@ static void test_stop(void **state)
   Blocks b = {.n = 1, .K = {{1}}, .load = 1.5, .strength = 1, .slip = 1};
   PetscReal w[3] = {0}, before[2], r;
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     const PetscReal start[3] = {0};
     Vec x = State(3, start), reaction;
@@ -227,14 +217,12 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   Against *a = (Against *)ctx;
   PetscReal value, r;
 
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 0) return PETSC_SUCCESS;
   Get(w, 1, &value);
   a->largest =
     PetscMax(a->largest,
              fabs(value - (a->table ? a->table[CIRCUIT_STATES * step] : (*a->model->ops->exact)(a->model, time, &r))));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscReal ModelError(const SlipModelOps *ops, PetscReal end, PetscInt steps)
@@ -268,7 +256,6 @@ static void test_models(void **state)
 {
   PetscReal error[2];
 
-  (void)state;
   for (int k = 0; k < 2; k++) error[k] = ModelError(&SlipSlidingModeOps, 0.5, 250 << (2 * k));
   print_message("sliding mode: %.2e and %.2e\n", (double)error[0], (double)error[1]);
   assert_true(error[0] < 1e-4);
@@ -292,12 +279,10 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal time, Vec w, void *
   Course *c = (Course *)ctx;
   SlipFaultObservables obs;
 
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 0) return PETSC_SUCCESS;
   PetscCall(SlipFaultGetObservables(c->fault, time, w, NULL, &obs));
   c->slip[c->n++] = obs.mean_slip;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode (*before_step)(TS);
@@ -310,8 +295,7 @@ static void Run(const char options[], const char type[], PetscReal end, PetscInt
   TS ts;
   Vec w;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &c->fault));
   ok(SlipFaultSetFromOptions(c->fault));
   c->n = 0;
@@ -363,7 +347,6 @@ static void test_kinds(void **state)
 {
   static Course fine, coarse;
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Kinds); k++) {
     char options[1024];
     PetscReal off[2];
@@ -387,18 +370,14 @@ static PetscErrorCode Alternate(TS ts)
 {
   PetscInt step;
 
-  PetscFunctionBeginUser;
   PetscCall(TSGetStepNumber(ts, &step));
-  PetscCall(TSBatheSetMethod(ts, step / 3 % 2 ? TSBATHE_METHOD_EXPLICIT : TSBATHE_METHOD_IMPLICIT));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return TSBatheSetMethod(ts, step / 3 % 2 ? TSBATHE_METHOD_EXPLICIT : TSBATHE_METHOD_IMPLICIT);
 }
 
 static PetscErrorCode CountMethods(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ts, (void)w;
   ((PetscInt *)ctx)[attempt->method]++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A step far longer than stable is cut to what is until all rests, and the slip stays right; a factor of 4 for half
@@ -409,7 +388,6 @@ static void test_methods(void **state)
   const char *options = "-fault_nx 4 -fault_nz 3 -fault_depth_top 2000 -fault_normal_stress 2e7 -fault_progress no";
   PetscReal off[2];
 
-  (void)state;
   Run(options, TSBATHE, 12, 800, &fine);
   Run(options, TSMOREAU, 12, 3, &coarse);
   assert_in_range(coarse.n, 20, 60);
@@ -459,7 +437,6 @@ static void test_3km(void **state)
   } row[] = {{150, 7e-3}, {250, 2.8e-3}, {400, 1.2e-3}};
   static Course fine, coarse;
 
-  (void)state;
   ok(PetscLogDefaultBegin());
   Run(options, TSMOREAU, 30, 3000, &fine);
   for (int i = 0; i < 3; i++) {
@@ -516,7 +493,6 @@ static void Observed(PetscReal dip)
 
 static void test_observed(void **state)
 {
-  (void)state;
   Observed(90);
   Observed(40);
 }
@@ -530,7 +506,6 @@ static void test_refused(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, TSMOREAU));
   ok(VecCreateSeq(PETSC_COMM_SELF, 3, &w));
@@ -563,7 +538,6 @@ static void test_cell(void **state)
   const SlipFrictionStageCell cell = {.diagonal = 3, .omega = 1, .s0 = at};
   PetscReal s, v = 0.2, still = 0, work;
 
-  (void)state;
   ok(SlipFrictionFind("rate_weakening", &f.law));
   for (PetscReal load = 0; load < 4; load += 0.05)
     for (PetscReal guess = 0; guess < 2; guess += 0.5) {

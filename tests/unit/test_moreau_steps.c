@@ -31,31 +31,25 @@ static PetscReal Load(PetscReal t)
 
 static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ctx;
   F[0] = Load(t) - K * w[1] - H(t) * w[0];
   F[1] = w[0];
   F[2] = fabs(w[0]);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)ctx;
   J[0] = -H(t);
   J[1] = -K;
   J[3] = 1;
   J[6] = w[0] < 0 ? -1 : 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)w, (void)dq, (void)ctx;
   q[0] = Q(t);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Longest stable step at first: omega is 2, the damping ratio 1/2 */
@@ -70,18 +64,15 @@ static PetscErrorCode (*KickOf)(SlipConstraint, PetscReal, PetscReal, Vec, Vec, 
 
 static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec w, Vec p, void *ctx)
 {
-  PetscFunctionBeginUser;
-  (void)con, (void)t, (void)w, (void)ctx;
   Get(p, 1, &damping[node]);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *good, void *ctx)
 {
-  PetscFunctionBeginUser;
   PetscCall((*KickOf)(con, t, a, g, w, good, ctx));
   if (failing > 0 && failing--) *good = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* A controller that takes each attempt but the refused, and wants the next step */
@@ -95,14 +86,12 @@ static const SlipMethodCosts costs = {.step = 2, .solve = 1};
 static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme, PetscReal *next, PetscBool *accept,
                              PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
-  PetscFunctionBeginUser;
-  (void)adapt, (void)h;
   ((TS_Bathe *)ts->data)->costs = costs; /* whatever the attempt has taken */
   *scheme = 0;
   *wlte = *wltea = *wlter = -1;
   *accept = script.refuses > 0 && script.refuses-- ? PETSC_FALSE : PETSC_TRUE;
   *next = *accept ? script.next : script.shorter;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscInt attempts, reason;
@@ -112,25 +101,21 @@ static PetscReal stages[2]; /* times of the last */
 
 static PetscErrorCode BeforeStage(TS ts, PetscReal t)
 {
-  PetscFunctionBeginUser;
-  (void)ts;
   stages[0] = stages[1];
   stages[1] = t;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Keep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Vec reaction;
 
-  PetscFunctionBeginUser;
-  (void)w, (void)ctx;
   PetscCall(TSBatheGetReaction(ts, &reaction));
   if (!attempts) Get(reaction, 1, &held);
   assert_int_equal(attempt->solves, attempt->method == TSBATHE_METHOD_EXPLICIT ? 1 : attempt->solves);
   if (attempts < 8) tried[attempts] = attempt->dt;
   if (!attempts++) reason = attempt->reason;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static TS Start(const char type[], PetscReal v, Vec *x)
@@ -250,7 +235,6 @@ static void test_steps(void **state)
   Vec x;
   TS ts = Start(TSMOREAU, b.v, &x);
 
-  (void)state;
   growth = 1;
   Anew(&b);
   for (int k = 0; k < 8; k++) {
@@ -278,7 +262,6 @@ static void test_longest(void **state)
   Vec x;
   TS ts = Start(TSMOREAU, 0.1, &x);
 
-  (void)state;
   ok(TSBatheGetLongestStep(ts, &t[1]));
   AssertNear(t[1], LONGEST, ROUND);
   SetAdapt(ts, TSADAPTNONE);
@@ -301,7 +284,6 @@ static void test_failed(void **state)
   Vec x;
   TS ts = Start(TSMOREAU, b.v, &x);
 
-  (void)state;
   growth = 1;
   Anew(&b);
   for (int k = 0; k < 2; k++) {
@@ -347,7 +329,6 @@ static void test_wish(void **state)
   Vec x;
   TS ts;
 
-  (void)state;
   for (int cut = 0; cut < 2; cut++)
     for (int last = 0; last < 8; last++) {
       const PetscReal asked = cut ? 3 * longest : 0.5 * longest;
@@ -395,7 +376,6 @@ static void test_waits(void **state)
   Vec x;
   TS ts;
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     PetscReal next;
 
@@ -421,7 +401,6 @@ static void test_given(void **state)
   const PetscReal back[] = {-0.3, 0, 0}, stale = 100;
   PetscReal w[2][3];
 
-  (void)state;
   for (int given = 0; given < 2; given++) {
     Vec x, other = State(3, back), r = State(1, &stale);
     TS ts = Start(TSBATHE, 0.1, &x);

@@ -23,12 +23,9 @@ static PetscErrorCode Create(SlipFault fault, TS ts, PetscBool *wanted, void **c
 {
   Mine *m = (Mine *)*ctx;
 
-  PetscFunctionBegin;
-  (void)ts;
   assert_int_equal(*wanted, PETSC_TRUE);
   m->created++;
-  PetscCall(SlipFaultCreateState(fault, &m->before));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipFaultCreateState(fault, &m->before);
 }
 
 static PetscErrorCode LayOut(SlipFault fault, SlipOutput output, void *ctx)
@@ -37,12 +34,9 @@ static PetscErrorCode LayOut(SlipFault fault, SlipOutput output, void *ctx)
   const PetscInt entries[] = {0, 2};
   Mine *m = (Mine *)ctx;
 
-  PetscFunctionBegin;
-  (void)fault;
   m->output = output;
   PetscCall(SlipOutputAddTable(output, "/mine", 2, columns, entries, &m->table));
-  PetscCall(SlipOutputAddAttribute(output, "/mine", "answer", 42));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipOutputAddAttribute(output, "/mine", "answer", 42);
 }
 
 static PetscErrorCode Start(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
@@ -50,13 +44,11 @@ static PetscErrorCode Start(SlipFault fault, TS ts, PetscReal time, Vec w, void 
   Mine *m = (Mine *)ctx;
   PetscReal now;
 
-  PetscFunctionBegin;
-  (void)fault;
   PetscCall(TSGetTime(ts, &now));
   assert_true(now == time);
   if (!m->loaded) PetscCall(VecCopy(w, m->before));
   m->starts++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Step(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
@@ -64,8 +56,6 @@ static PetscErrorCode Step(SlipFault fault, TS ts, PetscInt step, PetscReal time
   Mine *m = (Mine *)ctx;
   PetscReal row[3] = {time}, norm;
 
-  PetscFunctionBegin;
-  (void)fault, (void)ts;
   assert_int_equal(step, m->last + 1);
   m->last = step;
   m->steps++;
@@ -77,44 +67,38 @@ static PetscErrorCode Step(SlipFault fault, TS ts, PetscInt step, PetscReal time
   PetscCall(VecCopy(w, m->before));
   row[1] = m->largest;
   row[2] = m->way;
-  PetscCall(SlipOutputAddRows(m->output, m->table, 1, row));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipOutputAddRows(m->output, m->table, 1, row);
 }
 
 static PetscErrorCode Visit(SlipFault fault, SlipState state, void *ctx)
 {
   Mine *m = (Mine *)ctx;
 
-  PetscFunctionBegin;
-  (void)fault;
   PetscCall(SlipStateInt(state, "last", 1, &m->last));
   PetscCall(SlipStateReal(state, "largest", 1, &m->largest));
   PetscCall(SlipStateReal(state, "way", 1, &m->way));
   PetscCall(SlipStateVec(state, "before", m->before));
   if (SlipStateIsLoading(state)) m->loaded++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Finish(SlipFault fault, TS ts, SlipOutput output, void *ctx)
 {
   Mine *m = (Mine *)ctx;
 
-  PetscFunctionBegin;
-  (void)fault, (void)ts;
   assert_ptr_equal(output, m->output);
   PetscCall(SlipOutputAddResult(output, "way", NULL, NULL, m->way));
   m->finished++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Destroy(void **ctx)
 {
   Mine *m = (Mine *)*ctx;
 
-  PetscFunctionBegin;
   PetscCall(VecDestroy(&m->before));
   m->destroyed++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static Mine mine;
@@ -124,18 +108,14 @@ static PetscInt idle_steps = 0;
 
 static PetscErrorCode Refuse(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
-  PetscFunctionBegin;
-  (void)fault, (void)ts, (void)ctx;
   *wanted = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode CountIdle(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)fault, (void)ts, (void)step, (void)time, (void)w, (void)ctx;
   idle_steps++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void registered(void **state)
@@ -143,7 +123,6 @@ static void registered(void **state)
   const SlipFaultObserver row = {"mine", Create, LayOut, Start, Step, Visit, Finish, Destroy, &mine, PETSC_FALSE};
   const SlipFaultObserver idle = {.name = "idle", .create = Refuse, .step = CountIdle}, named = {.name = "name"};
 
-  (void)state;
   ok(SlipFaultRegisterObserver(&row));
   ok(SlipFaultRegisterObserver(&idle));
   ok(SlipFaultRegisterObserver(&named));
@@ -164,8 +143,8 @@ static void Run(const char output[], const char checkpoint[], const char restart
 
   mine = (Mine){0};
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   ok(SlipFaultSetString(fault, "output", output));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   if (checkpoint) ok(SlipFaultSetString(fault, "checkpoint", checkpoint));
   if (restart) ok(SlipFaultSetString(fault, "restart", restart));
   ok(FaultStart(fault, TSADAPTNONE, STEP, ROWS * STEP, &w, &ts));
@@ -211,7 +190,6 @@ static void goes_on(void **state)
   PetscReal *whole, *parts, *time;
   char dir[TEMPDIR_LENGTH], file[3][2 * TEMPDIR_LENGTH];
 
-  (void)state;
   assert_int_equal(TempDirMake("observer", dir), 0);
   for (int k = 0; k < 3; k++) snprintf(file[k], sizeof(file[k]), "%s/%d", dir, k);
   Run(file[0], NULL, NULL, ROWS);
@@ -240,11 +218,9 @@ static void refused_start(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   mine = (Mine){0};
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetReal(fault, "nx", 3));
-  ok(SlipFaultSetReal(fault, "nz", 3));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}));
   ok(FaultStart(fault, TSADAPTNONE, STEP, ROWS * STEP, &w, &ts));
   ok(SlipFaultSetString(fault, "catalogue", "no_such_folder/events.h5"));
   fails(SlipFaultOutputStart(fault, ts), "no_such_folder");

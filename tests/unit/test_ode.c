@@ -7,30 +7,21 @@
 static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   const Ode *ode = (const Ode *)ctx;
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
   PetscScalar *b;
 
-  PetscFunctionBegin;
-  (void)ts;
-  PetscCall(VecGetArrayRead(y, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   (*ode->f)(ode, t, a, b);
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(y, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArrayWrite(f, &b);
 }
 
 static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *ctx)
 {
   const Ode *ode = (const Ode *)ctx;
   PetscReal x[ODE_MAX_N], f[ODE_MAX_N], g[ODE_MAX_N];
-  const PetscScalar *a;
+  const PetscScalar *a = VecRead(y);
 
-  PetscFunctionBegin;
-  (void)ts, (void)J;
-  PetscCall(VecGetArrayRead(y, &a));
   for (PetscInt i = 0; i < ode->n; i++) x[i] = a[i];
-  PetscCall(VecRestoreArrayRead(y, &a));
   (*ode->f)(ode, t, x, f);
   for (PetscInt j = 0; j < ode->n; j++) {
     const PetscReal keep = x[j];
@@ -40,9 +31,7 @@ static PetscErrorCode NoJacobian(TS ts, PetscReal t, Vec y, Mat J, Mat P, void *
     for (PetscInt i = 0; i < ode->n; i++) PetscCall(MatSetValue(P, i, j, (g[i] - f[i]) / (x[j] - keep), INSERT_VALUES));
     x[j] = keep;
   }
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return MatAssemble(P);
 }
 
 /* A policy of three rows, with rejections; unit "h" */
@@ -70,8 +59,7 @@ static void by_petsc(const OdeEpisode *e, SlipPolicy policy, PetscInt *steps, Pe
 
   ok(VecCreateSeq(PETSC_COMM_SELF, ode->n, y));
   for (PetscInt i = 0; i < ode->n; i++) ok(VecSetValue(*y, i, ode->y0[i], INSERT_VALUES));
-  ok(VecAssemblyBegin(*y));
-  ok(VecAssemblyEnd(*y));
+  ok(VecAssemble(*y));
   ok(MatCreateSeqDense(PETSC_COMM_SELF, ode->n, ode->n, NULL, &J));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(TSSetType(ts, e->pair == ODE_BATHE ? TSBATHE : TSRK));
@@ -101,7 +89,6 @@ static void as_petsc(void **state)
   int seen[ODE_PAIRS] = {0};
   PetscInt rejections = 0;
 
-  (void)state;
   for (uint64_t seed = 1; seed <= 12; seed++) {
     SlipPolicy policies[] = {NULL, filter()};
     OdeEpisode e;
@@ -132,7 +119,6 @@ static void as_petsc(void **state)
    one, 2^4, 2^6 and 2^3 for the solutions, and E with the power that OdeOrder() says. */
 static void Decay(const Ode *ode, double t, const double y[], double dy[])
 {
-  (void)ode;
   dy[0] = -y[0] + sin(t);
 }
 
@@ -141,7 +127,6 @@ static void orders(void **state)
   const double of_error[] = {4, 6, 3};
   const Ode ode = {.kind = "decay", .n = 1, .f = Decay, .end = 1, .y0 = {1}};
 
-  (void)state;
   for (int pair = 0; pair < ODE_PAIRS; pair++) {
     double error[2], E[2];
 
@@ -168,7 +153,6 @@ static void episodes(void **state)
 {
   double sum = 0;
 
-  (void)state;
   for (uint64_t seed = 20; seed < 32; seed++) {
     OdeEpisode e, again;
     OdeResult r;

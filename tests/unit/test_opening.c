@@ -25,10 +25,8 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscRe
 {
   const Course *c = (const Course *)ctx;
 
-  PetscFunctionBegin;
-  (void)fault;
   for (PetscInt i = 0; i < n; i++) p[i] = At(c, t) * (c->share ? c->share[i] : 1);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* nx x nz cells that open, in a full space unless with a dip below the ground, without inertia, of constant friction
@@ -38,13 +36,11 @@ static SlipFault Cells(PetscInt nx, PetscInt nz, PetscReal side, Course *course)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"friction_law", "constant"}, {"initial", "traction"},
+                     {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * side}, {"length_z", nz * side},
                    {"slip_components", 2}, {"normal_stress", 1e6}, {"normal_stress_gradient", 0},
                    {"friction_residual", 0.6}, {"friction_drop", 0}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "friction_law", "constant"));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   ok(SlipFaultSetBool(fault, "inertia", PETSC_FALSE));
   ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
   ok(SlipFaultSetPressureFunction(fault, Pressure, course));
@@ -94,9 +90,7 @@ static void Crack(PetscInt n, PetscReal strike, PetscReal dip, PetscReal *error,
   }
   *error = PetscSqrtReal(sum[0] / sum[1]);
   ok(PetscFree4(share, normal, open, slip));
-  ok(SlipFaultDestroy(&fault));
-  ok(VecDestroy(&w));
-  ok(TSDestroy(&ts));
+  ObjectsDestroy(&fault, &w, &ts);
 }
 
 /* Stress at centres leaves an error of a share of a cell at the edge (the slip of a shear crack has the same): -cells
@@ -105,7 +99,6 @@ static void penny_crack(void **state)
 {
   PetscInt finest = 24;
 
-  (void)state;
   ok(PetscOptionsGetInt(NULL, NULL, "-cells", &finest, NULL));
   for (PetscInt n = 12; n <= finest; n *= 2) {
     PetscReal error, middle = 1;
@@ -204,7 +197,6 @@ static void opens_and_closes(void **state)
   Course course = {.rise = 1, .hold = 0.5, .most = 2e6};
   PetscReal last[1] = {1};
 
-  (void)state;
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
     PetscReal open, slip[2], exact[2], closes, error[2];
     Spring across, along;
@@ -230,12 +222,10 @@ static PetscErrorCode Begin(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   PetscReal *begin = (PetscReal *)ctx, open;
   SlipFault fault;
 
-  PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &fault));
-  (void)step;
   PetscCall(SlipFaultGetCellValues(fault, time, w, "opening", 1, &open));
   if (open == 0) *begin = time;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static void rest_ends_where_pressure_meets_the_stress(void **state)
@@ -246,7 +236,6 @@ static void rest_ends_where_pressure_meets_the_stress(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   ok(FaultStart(fault, TSADAPTBASIC, 0, 6e5, &w, &ts));
   ok(TSSetApplicationContext(ts, fault));
   ok(TSMonitorSet(ts, Begin, &begin, NULL));
@@ -274,7 +263,6 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
   PetscInt N;
   Vec r;
 
-  PetscFunctionBegin;
   PetscCall(TSBatheGetReaction(ts, &r));
   PetscCall(SlipFaultGetObservables(l->fault, time, w, r, &o));
   power = o.loading_power - o.viscous_power - o.friction_power;
@@ -298,8 +286,7 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
   }
   l->time = time;
   l->power = power;
-  PetscCall(PetscFree(open));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscFree(open);
 }
 
 /* A plane that dips by 30 degrees, 300 m below the ground, under shear, whose middle a pressure opens and lets fall
@@ -311,7 +298,6 @@ static void balance_of_energy(void **state)
   enum { nx = 8, nz = 6 };
   PetscReal share[nx * nz], off, last = 1;
 
-  (void)state;
   for (PetscInt i = 0; i < nx * nz; i++)
     share[i] = PetscExpReal(-0.15 * (PetscSqr((PetscReal)(i % nx) - 3.4) + PetscSqr((PetscReal)(i / nx) - 2)));
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
@@ -353,7 +339,6 @@ static void falls_shut(void **state)
 {
   const PetscReal sigma = 1e6;
 
-  (void)state;
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
     Course course = {.most = 2e6};
     SlipFault fault = Cells(1, 1, 1000, &course);

@@ -36,7 +36,6 @@ static void expand(void **state)
               {"-ts_max_times", "1y", "1y"}};
   PetscOptions options;
 
-  (void)state;
   ok(PetscOptionsCreate(&options));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
     ok(PetscOptionsSetValue(options, rows[i].option, rows[i].given));
@@ -52,7 +51,6 @@ static void read_by_objects(void **state)
   SlipFault fault;
   TS ts;
 
-  (void)state;
   ok(PetscOptionsSetValue(NULL, "-upper_fault_healing_time", "2y"));
   ok(PetscOptionsSetValue(NULL, "-ts_max_time", "3h"));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
@@ -81,7 +79,6 @@ static void expect_time(PetscReal seconds, const char want[])
 
 static void written(void **state)
 {
-  (void)state;
   expect_time(0, "0 s");
   expect_time(1e-3, "0.001 s");
   expect_time(119.5, "119.5 s");
@@ -108,7 +105,6 @@ static void integers(void **state)
   char text[64];
   TS ts;
 
-  (void)state;
   ok(SlipCheckInteger(PETSC_COMM_SELF, "n", "unlimited"));
   ok(SlipCheckInteger(PETSC_COMM_SELF, "n", "36893488147419103236.5"));
   ok(SlipCheckInteger(PETSC_COMM_SELF, "n", "1,-2,3-5:2"));

@@ -24,12 +24,11 @@ static PetscErrorCode ChooseSpy(TSAdapt adapt, TS ts, PetscReal h, PetscInt *nex
 {
   PetscInt order = PETSC_DECIDE;
 
-  PetscFunctionBegin;
   *next_sc = 0;
   *next_h = h;
   *accept = PETSC_TRUE;
   *wlte = *wltea = *wlter = -1;
-  if (ts->steps < wait) PetscFunctionReturn(0);
+  if (ts->steps < wait) return PETSC_SUCCESS;
   PetscCall(TSEvaluateWLTE(ts, adapt->wnormtype, &order, &error));
   for (int k = 0; k < OTHERS; k++) {
     PetscBool accepted;
@@ -52,14 +51,13 @@ static PetscErrorCode ChooseSpy(TSAdapt adapt, TS ts, PetscReal h, PetscInt *nex
     PetscCall(TSAdaptDestroy(&other));
     PetscCall(PetscOptionsClear(NULL));
   }
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode CreateSpy(TSAdapt adapt)
 {
-  PetscFunctionBegin;
   adapt->ops->choose = ChooseSpy;
-  PetscFunctionReturn(0);
+  return PETSC_SUCCESS;
 }
 
 /* y' = -y and, for its different derivatives, z' = -2 z: to t = 0.5 with steps 0.5/n, the last of which is looked at */
@@ -107,7 +105,6 @@ static void exponents(void **state)
     {TSBDF, "-ts_bdf_order 3", 4, 0},
   };
 
-  (void)state;
   ok(TSAdaptRegister("spy", CreateSpy));
   for (size_t m = 0; m < PETSC_STATIC_ARRAY_LENGTH(methods); m++) {
     const PetscReal want = methods[m].assumed > 0 ? methods[m].assumed : methods[m].power;

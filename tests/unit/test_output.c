@@ -14,20 +14,14 @@ static char dir[TEMPDIR_LENGTH], cwd[4096];
 /* dw/dt = -w in steps of 1/8, which sum up exactly */
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec w, Vec f, void *ctx)
 {
-  (void)ts, (void)t, (void)ctx;
-  PetscFunctionBegin;
   PetscCall(VecCopy(w, f));
-  PetscCall(VecScale(f, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecScale(f, -1);
 }
 
 static PetscErrorCode Row(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCheck(!r, PETSC_COMM_SELF, PETSC_ERR_PLIB, "there is no constraint");
-  PetscCall(VecSum(w, row));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecSum(w, row);
 }
 
 /* A run from step `from` to step `to` */
@@ -35,7 +29,6 @@ static PetscErrorCode Start(const char file[], PetscInt from, PetscInt to, Vec w
 {
   static const SlipOutputColumn column = {"w", "m", PETSC_FALSE};
 
-  PetscFunctionBegin;
   PetscCall(TSCreate(PETSC_COMM_SELF, ts));
   PetscCall(TSSetRHSFunction(*ts, NULL, Decay, NULL));
   PetscCall(TSSetType(*ts, TSBATHE));
@@ -47,8 +40,7 @@ static PetscErrorCode Start(const char file[], PetscInt from, PetscInt to, Vec w
   PetscCall(TSSetMaxTime(*ts, 100));
   PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
   PetscCall(TSSetSolution(*ts, w));
-  PetscCall(SlipOutputCreate(*ts, file, 1, &column, Row, NULL, out));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return SlipOutputCreate(*ts, file, 1, &column, Row, NULL, out);
 }
 
 /* Rows of a series, and the attribute complete; of a copy, as HDF5 would find what this process itself writes */
@@ -76,7 +68,6 @@ static void resumes(void **state)
   PetscInt steps, series, n, m, complete;
   PetscReal *x, *y;
 
-  (void)state;
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
   ok(VecDuplicate(w, &half));
   ok(VecSet(w, 1));
@@ -173,11 +164,9 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 {
   PetscReal begin;
 
-  PetscFunctionBegin;
-  (void)w;
   PetscCall(TSGetTime(ts, &begin));
   *accept = t - begin < LONGEST ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscReal *Column(SlipH5 *h, const char path[], PetscInt want)
@@ -203,7 +192,6 @@ static void attempts(void **state)
   Vec w;
   TS ts;
 
-  (void)state;
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, &w));
   ok(VecSet(w, 1));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
@@ -251,13 +239,11 @@ static void attempts(void **state)
 
 static int Enter(void **state)
 {
-  (void)state;
   return !getcwd(cwd, sizeof(cwd)) || TempDirMake("test_output", dir) || chdir(dir);
 }
 
 static int Leave(void **state)
 {
-  (void)state;
   return chdir(cwd) || TempDirRemove(dir);
 }
 

@@ -49,7 +49,6 @@ static void forward(void **state)
 {
   const PetscReal obs[4][2] = {{0, 0}, {1, -0.5}, {-8, 3}, {20, 7}};
 
-  (void)state;
   for (int hidden = SLIP_ACTIVATION_LINEAR; hidden <= SLIP_ACTIVATION_HARDTANH2; hidden++)
     for (int last = SLIP_ACTIVATION_LINEAR; last <= SLIP_ACTIVATION_HARDTANH2; last++) {
       SlipPolicy p;
@@ -70,7 +69,6 @@ static void steps(void **state)
   SlipPolicy p;
   PetscReal h, min, max;
 
-  (void)state;
   make(SLIP_ACTIVATION_RELU, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
   ok(SlipPolicyGetStepBounds(p, 2, 30, &min, &max)); /* 1e-3 T* and 0.2 t_max */
   assert_true(fabs(min - 2e-3) < TOLERANCE && fabs(max - 6) < TOLERANCE);
@@ -96,7 +94,6 @@ static void step_factor(void **state)
   PetscInt outside;
   const char *const *names;
 
-  (void)state;
   make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
   ok(SlipPolicyGetObservations(p, NULL, &names));
   ok(SlipPolicyEvaluate(p, obs, &a, NULL));
@@ -121,7 +118,6 @@ static void range(void **state)
   PetscReal a;
   PetscInt outside;
 
-  (void)state;
   make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
   ok(SlipPolicyEvaluate(p, out, &a, &outside));
   assert_int_equal(0, outside); /* no range known */
@@ -145,7 +141,6 @@ static void round_trip(void **state)
   PetscReal a, b, h, g;
   PetscInt n;
 
-  (void)state;
   make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_HARDTANH2, PETSC_TRUE, &p);
   ok(SlipPolicySetRange(p, min, max));
   ok(SlipPolicyStore(p, file));
@@ -186,7 +181,6 @@ static void relative(void **state)
   PetscReal h;
   PetscBool flag;
 
-  (void)state;
   make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_TRUE, &p);
   ok(SlipPolicyIsRelative(p, &flag));
   assert_false(flag);
@@ -333,7 +327,6 @@ static void broken_files(void **state)
   SlipPolicy good, p;
   PetscReal a, b;
 
-  (void)state;
   make(SLIP_ACTIVATION_RELU, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &good);
   ok(SlipPolicySetRange(good, min, max));
   ok(SlipPolicyEvaluate(good, obs, &a, NULL));
@@ -366,7 +359,6 @@ static void damaged_weights(void **state)
   size_t n;
   FILE *f;
 
-  (void)state;
   make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
   ok(SlipPolicySetAttribute(p, "seed", "-0"));
   ok(SlipPolicyStore(p, file));
@@ -432,7 +424,6 @@ static void damaged_strings(void **state)
   SlipH5 h;
   FILE *f;
 
-  (void)state;
   make(SLIP_ACTIVATION_TANH, SLIP_ACTIVATION_LINEAR, PETSC_FALSE, &p);
   ok(SlipPolicyStore(p, file));
   snprintf(h.name, sizeof(h.name), "%s", file);
@@ -500,7 +491,6 @@ static void no_file(void **state)
   SlipPolicy p;
   FILE *f;
 
-  (void)state;
   ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
   fails(SlipPolicyLoad(p, "no_such_policy.h5"), "no_such_policy.h5");
   f = fopen(file, "w");
@@ -523,7 +513,6 @@ static void benchmark(void **state)
   const PetscReal one[N] = {1, 1, 1, 1, 1, 1}, zero[N] = {0};
   const SlipActivation kinds[2] = {SLIP_ACTIVATION_RELU, SLIP_ACTIVATION_TANH};
 
-  (void)state;
   for (int i = 0; i < H * H; i++) w[i] = sin(i + 1.0) / 8;
   for (int i = 0; i < H; i++) b[i] = cos(i + 1.0) / 8;
   for (int k = 0; k < 2; k++) {
@@ -551,7 +540,6 @@ static void benchmark(void **state)
 
 static int NameFile(void **state)
 {
-  (void)state;
   snprintf(file, sizeof(file), "test_policy_%d.h5", (int)getpid());
   snprintf(part, sizeof(part), "%s.part", file);
   return 0;
@@ -559,7 +547,6 @@ static int NameFile(void **state)
 
 static int RemoveFile(void **state)
 {
-  (void)state;
   unlink(file);
   return 0;
 }

@@ -7,8 +7,7 @@ static TrainOptions Options(const char text[])
 {
   TrainOptions o;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, text));
+  ok(SetOptions(text));
   ok(TrainOptionsSet(PETSC_COMM_SELF, &o));
   return o;
 }
@@ -23,13 +22,11 @@ static PetscErrorCode Act(const EnvMoment *m, PetscReal *action, PetscBool *stop
 {
   Constant *c = (Constant *)ctx;
 
-  PetscFunctionBegin;
-  (void)stop;
   if (m->first) PetscCall(PetscArraycpy(c->first, m->obs, c->nobs));
   c->reward += m->reward;
   c->calls++;
   *action = c->action;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* One run with a constant action of the problem of the options */
@@ -63,7 +60,6 @@ static void test_first_observations(void **state)
               {"-train_problem fault", 6, {1, 0, 0.5, 0, 0, -0.5}}};
   Constant c;
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); ++k) {
     TrainOptions o = Options(rows[k].options);
 
@@ -78,7 +74,6 @@ static void test_first_observations(void **state)
 /* Without a reward and a reference, as an algorithm that needs neither runs episodes. */
 static void test_bare_runs(void **state)
 {
-  (void)state;
   for (PetscInt k = 0; ProblemTable[k]; ++k) {
     char text[64];
     TrainOptions o;
@@ -106,7 +101,6 @@ static void test_errors_are_of_second_order(void **state)
   PetscReal coarse, fine;
   Constant c;
 
-  (void)state;
   coarse = Run(&o, PETSC_TRUE, action, &c).error[0];
   fine = Run(&o, PETSC_TRUE, action - halving, &c).error[0];
   /* 4 within a tenth: the next order is h^3, and h is 0.1 s of an oscillation of 2.4 s */
@@ -125,7 +119,6 @@ static void test_effects_bound_the_error(void **state)
   EnvResult r;
   Constant c;
 
-  (void)state;
   ok(SlipModelCreate(&SlipSlidingModeOps, SLIP_MODEL_TRAINING, &m));
   r = Run(&o, PETSC_TRUE, 0.5, &c);
   left = (-r.total - 0.25 * r.attempts) / 50; /* sum of errors left, over the start: 50 is their weight */
@@ -140,7 +133,6 @@ static void test_effects_bound_the_error(void **state)
 /* Random instances: within their ranges, the same for the same seed, and they run. */
 static void test_draws(void **state)
 {
-  (void)state;
   for (PetscInt k = 0; ProblemTable[k]; ++k) {
     const Problem *p = ProblemTable[k];
     PetscReal a[ENV_MAX_DRAW], b[ENV_MAX_DRAW];
@@ -180,7 +172,6 @@ static void test_episodes(void **state)
 {
   const PetscReal unmoved[2] = {0, 0};
 
-  (void)state;
   for (PetscInt k = 0; ProblemTable[k]; ++k) {
     const CMAProblem *cma = ProblemTable[k]->cma;
     CMAOptions o = {.problem = ProblemTable[k]};

@@ -6,7 +6,6 @@
 /* elapsed and since [s]; before the first line they are the same */
 static void due(void **state)
 {
-  (void)state;
   assert_false(SlipFaultProgressDue(PETSC_TRUE, 1.9, 1.9));
   assert_true(SlipFaultProgressDue(PETSC_TRUE, 2, 2));
   assert_false(SlipFaultProgressDue(PETSC_TRUE, 6.9, 4.9));
@@ -22,7 +21,6 @@ static void left(void **state)
   const PetscReal year = 31557600, bound = 1e-3;
   SlipFaultProgress p = {.begin = 1000};
 
-  (void)state;
   /* by the time that has passed where nothing drives the fault, or it has had no event */
   assert_true(fabs(SlipFaultProgressLeft(&p, PETSC_FALSE, 1010, 5, 30) - 50) < 1e-12);
   SlipFaultProgressSee(&p, 1001, 10 * year, 1e-9, bound);

@@ -46,7 +46,6 @@ static void friction(void **state)
   const PetscReal a[] = {0.002, 0.004, 0.01, 0.04}, s[] = {-13, 0, 7, 10};
   const SlipFrictionLaw *law = Law();
 
-  (void)state;
   for (size_t i = 0; i < 4; i++)
     for (size_t j = 0; j < 4; j++)
       for (PetscReal v = 1e-25; v < 1e4; v *= 7) {
@@ -85,7 +84,6 @@ static void balance(void **state)
   SlipFrictionCells f = Cells(a, b, f0, slip);
   PetscInt n = 0;
 
-  (void)state;
   f.stress = sigma;
   f.weight = weight;
   for (PetscReal rate = 1e-26; rate < 1e4; rate *= 5.3)
@@ -133,7 +131,6 @@ static void many(void **state)
   const SlipFrictionCells f = Cells(a, b, f0, slip);
   PetscInt n = 0, small = 0;
 
-  (void)state;
   for (PetscReal rate = 1e-26; rate < 1e4; rate *= 5.3)
     for (int k = 0; k < 24; k++, n++) {
       const SlipFriction p = Parameters((PetscReal[]){0.0005, 0.004, 0.01, 0.04}[k % 4]);
@@ -167,7 +164,6 @@ static void extremes(void **state)
   SlipFrictionCells f = Cells(a, a, f0, slip);
   PetscReal v[4];
 
-  (void)state;
   f.stress = sigma;
   SlipFrictionBalance(&f, NULL, 4, ETA, tau, 1, s, v, NULL);
   assert_true(fabs(v[0] - 1) < 4 * EPS && v[1] == 0 && fabs(v[2] + 2) < 8 * EPS);
@@ -185,7 +181,6 @@ static void advance(void **state)
   const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
   SlipFrictionCells f = Cells(a, b, f0, slip);
 
-  (void)state;
   for (int slip_law = 0; slip_law < 2; slip_law++)
     for (PetscReal v = 1e-15; v < 10; v *= 30)
       for (PetscReal theta = 1e-4; theta < 1e9; theta *= 50) {
@@ -215,7 +210,6 @@ static void state_of(void **unused)
   const PetscReal a[] = {0.004}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
   SlipFrictionCells f = Cells(a, b, f0, slip);
 
-  (void)unused;
   for (PetscReal s = -10; s < 12; s += 1.7) {
     PetscReal mu, ds, dv, found;
 
@@ -234,7 +228,6 @@ static void follows_normal_stress(void **state)
   const PetscReal a[] = {0.01}, b[] = {0.02}, f0[] = {0.6}, slip[] = {0.01}, start[] = {3e7}, alpha[] = {0.25};
   const PetscReal s0[] = {1}, v[] = {1e-9}, h = 1e-4;
 
-  (void)state;
   for (PetscReal theta = 0; theta < 2e6; theta += 1e6) {
     SlipFrictionCells f = Cells(a, b, f0, slip);
     PetscReal q[2], mu, gain;
@@ -265,7 +258,6 @@ static void registered(void **state)
   const SlipFrictionLaw *found;
   PetscReal v[2], w[2];
 
-  (void)state;
   f.stress = sigma;
   law.name = "mine";
   ok(SlipFrictionRegister(&law));
@@ -340,7 +332,6 @@ static void advance_two(void **state)
   const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14}, s0[] = {6.9, -2};
   SlipFrictionCells f = Cells(a, b, f0, slip);
 
-  (void)state;
   f.law = &pair;
   for (int slip_law = 0; slip_law < 2; slip_law++)
     for (PetscReal v = 1e-15; v < 10; v *= 30)
@@ -378,7 +369,6 @@ static void unstable_two(void **state)
   const PetscReal a[] = {0.01}, b[] = {0.03, 0.012, 0.008}, f0[] = {0.6}, slip[] = {0.14}, v = 1e-9;
   int found = 0;
 
-  (void)state;
   for (int i = 0; i < 6; i++) {
     SlipFrictionCells f = Cells(a, b + i / 2, f0, slip);
     const SlipFriction p = {
@@ -415,7 +405,6 @@ static void drift(void **state)
   const PetscReal slip = 0.05, start[] = {0.3, -2};
   SlipFrictionCells f = {.slip = &slip, .reference_rate = 1e-6};
 
-  (void)state;
   ok(SlipFrictionFind("rate_and_state", &f.law));
   for (int k = 0; k < 8; k++) {
     const SlipFriction p = {.slip = slip, .reference_rate = 1e-6, .slip_law = k % 2 ? PETSC_TRUE : PETSC_FALSE};

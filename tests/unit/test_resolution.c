@@ -15,10 +15,9 @@ static SlipFault Fault(const char law[], PetscReal nx, PetscReal nz)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"kernel", "full_space"}, {"friction_law", law}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * length}, {"length_z", nz * width},
                    {"normal_stress", sigma}, {"normal_stress_gradient", 0}));
-  ok(SlipFaultSetString(fault, "kernel", "full_space"));
-  ok(SlipFaultSetString(fault, "friction_law", law));
   return fault;
 }
 
@@ -48,7 +47,6 @@ static void slip_weakening(void **state)
 {
   static const char *const laws[] = {"linear_slip_weakening", "exponential_slip_weakening"};
 
-  (void)state;
   for (int l = 0; l < 2; l++) {
     SlipFault fault = Fault(laws[l], NX, NZ);
     PetscReal slip[N], drop[N], k;
@@ -81,7 +79,6 @@ static void rate_and_state(void **state)
   const PetscReal b = 0.02, slip = 0.05, a[N] = {0.01, 0.012, 0.03, 0.03, 0.01, 0.01, 0.021, 0.01};
   PetscReal creep[N] = {0, 0, 0, 0, 1, 1, 1, 1}, dc[N];
 
-  (void)state;
   for (int antiplane = 0; antiplane < 2; antiplane++) {
     SlipFault fault = antiplane ? Fault("rate_and_state", 1, N) : Fault("rate_and_state", NX, NZ);
     PetscReal k;
@@ -109,9 +106,8 @@ static void others(void **state)
   SlipFault fault = Fault("rate_weakening", NX, NZ);
   PetscReal mass;
 
-  (void)state;
-  ok(SlipFaultSetReal(fault, "friction_rate", rate));
   ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(SlipFaultSetReal(fault, "friction_rate", rate));
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetOperators(fault, NULL, NULL, &mass));
   assert_true(fault->resolution.known && !fault->resolution.zone);
@@ -132,7 +128,6 @@ static void start_of_rate_and_state(void **state)
   const PetscReal vinf = 2e-9, b = 0.015, slip = 0.1;
   PetscReal a[N];
 
-  (void)state;
   for (PetscInt i = 0; i < N; i++) a[i] = i % 2 ? 0.01 : 0.02;
   for (int k = 0; k < 4; k++) {
     SlipFault fault = Fault("rate_and_state", NX, NZ);
@@ -178,13 +173,11 @@ static void inertia_and_viscosity(void **state)
     {"rate_and_state", "traction", "sqrtm", 1, PETSC_TRUE, "sqrtm"},
   };
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(rows); k++) {
     SlipFault fault = Fault(rows[k].law, NX, NZ);
     char text[32];
 
-    ok(SlipFaultSetString(fault, "initial", rows[k].initial));
-    ok(SlipFaultSetString(fault, "viscosity", rows[k].viscosity));
+    ok(FaultSetStrings(fault, {"initial", rows[k].initial}, {"viscosity", rows[k].viscosity}));
     ok(FaultSetReals(fault, {"loading_rate", 1e-9}, {"initial_traction", 0.5 * sigma}));
     if (rows[k].given >= 0) ok(SlipFaultSetInertia(fault, rows[k].given ? PETSC_TRUE : PETSC_FALSE));
     ok(SlipFaultSetUp(fault));

@@ -14,8 +14,6 @@ static PetscErrorCode Rates(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
   PetscScalar a, value = 0;
 
-  PetscFunctionBegin;
-  (void)ts;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   switch (((Problem *)ctx)->kind) {
   case LINE:
@@ -32,9 +30,7 @@ static PetscErrorCode Rates(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
     break;
   }
   PetscCall(VecSetValue(f, 0, value, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(f));
-  PetscCall(VecAssemblyEnd(f));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAssemble(f);
 }
 
 static Problem *domain; /* PETSc's function of it has no context */
@@ -43,23 +39,19 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec y, PetscBool *good)
 {
   PetscScalar a;
 
-  PetscFunctionBegin;
-  (void)ts, (void)t;
   domain->asked++;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   *good = PetscAbsReal(a) <= domain->bound ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Largest(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
 {
   PetscScalar a;
 
-  PetscFunctionBegin;
-  (void)ts, (void)step, (void)t;
   PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   ((Problem *)ctx)->largest = PetscMax(((Problem *)ctx)->largest, PetscAbsReal(a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* y(0) = start, steps h chosen by the controller, the fastest rate said to be rate */
@@ -97,7 +89,6 @@ static PetscReal Value(Vec y)
 /* y' = 2 t is exact at any number of stages: each is of the time that its coefficients say. */
 static void stage_times(void **state)
 {
-  (void)state;
   for (PetscReal rate = 0; rate < 3e4; rate = 4 * rate + 1) {
     Problem p = {.kind = LINE};
     Vec y;
@@ -114,7 +105,6 @@ static void order(void **state)
 {
   PetscReal error[3];
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     Problem p = {.kind = FOLLOW};
     Vec y;
@@ -133,7 +123,6 @@ static void order(void **state)
    an exact y1; Hermite's cubic has the rates of both ends, so that it is off by y1 - h^3 times s^2 (3 - 2 s). */
 static void estimate_and_dense_output(void **state)
 {
-  (void)state;
   for (int stages = 0; stages < 3; stages++) {
     const PetscReal h = 0.5, rate[] = {1, 40, 400};
     Problem p = {.kind = PARABOLA};
@@ -172,7 +161,6 @@ static void leaves_the_domain(void **state)
   Vec y;
   TS ts = Create(&p, 1, 0.1, 0.5, 3, TSADAPTBASIC, &y);
 
-  (void)state;
   domain = &p;
   ok(TSSetFunctionDomainError(ts, InDomain));
   ok(TSSetMaxStepRejections(ts, -1));
@@ -188,7 +176,6 @@ static void leaves_the_domain(void **state)
 /* The longest step of so many stages, with the margin of the rate */
 static void longest_step(void **state)
 {
-  (void)state;
   for (PetscInt stages = 2; stages <= 20; stages += 6) {
     Problem p = {.kind = LINE};
     PetscReal t;

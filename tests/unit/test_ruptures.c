@@ -33,7 +33,6 @@ static void measured(void **state)
   PetscInt fine, coarse;
   PetscReal same, small, large;
 
-  (void)state;
   assert_true(e->span > 0 && e->end > e->span);
   fine = run(e, NULL, RUN_RUPTURE_RTOL, &same);
   assert_true(same == 0);
@@ -53,7 +52,6 @@ static void broken(void **state)
   PetscInt last = -1, count = 0;
   PetscReal error;
 
-  (void)state;
   for (PetscInt i = 0; i < e->n; i++)
     if (e->reference.slip[i] > 2 * e->level[i]) {
       assert_true(e->reference.passed[i] >= 0);
@@ -107,7 +105,6 @@ static void stressed(void **state)
   SlipFault fault;
   Family family;
 
-  (void)state;
   read_family(COMMON "-patch_radius 1100\n-patch_excess 0.02\n-patch_x 0.5\n-patch_z 0.5\n", &family);
   assert_string_equal(family.problem, "rupture");
   fault = drawn(&family, 1, "initial_traction", stress);
@@ -127,7 +124,6 @@ static void varied(void **state)
   SlipFault fault;
   Family family;
 
-  (void)state;
   read_family(COMMON "-spread_friction_drop 0.2\n-correlation 2e3\n", &family);
   for (PetscInt k = 0; k < DRAWS; k++) {
     fault = drawn(&family, 100 + (uint64_t)k, "friction_drop", drop);
@@ -166,7 +162,6 @@ static void shipped(void **state)
   PetscInt solves, ours[DIALS] = {0}, theirs[RTOLS] = {0}, kept[DIALS] = {0}, as_good[RTOLS][DIALS] = {{0}};
   PetscReal error;
 
-  (void)state;
   for (PetscInt k = 0; k < DRAWS; k++) {
     RunEpisode *e = created(FIRST + k);
     for (PetscInt i = 0; i < DIALS; i++) {
@@ -206,7 +201,6 @@ static void named(void **state)
   Vec w;
   TS ts;
 
-  (void)state;
   ok(SlipFaultCreateState(e->fault, &w));
   ok(SlipFaultSetInitialState(e->fault, w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
@@ -231,8 +225,7 @@ static void named(void **state)
   ok(TSBatheGetLastAttempt(ts, &attempt));
   assert_true(attempt.accepted);
   AssertNear(attempt.dt, factor * PetscPowReal(1e-2, power) * tstar, 1e-12);
-  ok(TSDestroy(&ts));
-  ok(VecDestroy(&w));
+  ObjectsDestroy(&ts, &w);
   ok(RunEpisodeDestroy(&e));
   ok(SlipPolicyDestroy(&expected));
 }

@@ -36,7 +36,6 @@ static void measured(void **state)
   PetscReal ratio = 0;
   PetscInt n = 6;
 
-  (void)state;
   for (PetscInt k = 0; k < n; k++) {
     EpisodeResult same, fine, coarse;
     SequenceEpisode *e = created(k);
@@ -65,7 +64,6 @@ static void missed(void **state)
   SequenceEpisode *e = created(0);
   EpisodeResult r;
 
-  (void)state;
   for (PetscInt k = 1; e->kind == SEGMENT_WITHIN; k++) {
     ok(RunEpisodeDestroy((RunEpisode **)&e));
     e = created(k);
@@ -85,7 +83,6 @@ static void drawn(void **state)
 {
   PetscReal first[3];
 
-  (void)state;
   for (PetscInt k = 0; k < 3; k++) {
     SequenceEpisode *e = created(k < 2 ? 2 : 3);
 
@@ -108,7 +105,6 @@ static void of_family(void **state)
   PetscReal length, slip, end = 0;
   Family family;
 
-  (void)state;
   assert_non_null(f);
   assert_true(fputs(lines, f) >= 0);
   assert_int_equal(fclose(f), 0);

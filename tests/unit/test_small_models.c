@@ -25,7 +25,6 @@ static void DestroyModel(struct _p_SlipModel *model)
 /* Closed form while it slides; then zero with the reaction that holds the disturbance. Gain above the disturbance. */
 static void test_exact_arrest(void **state)
 {
-  (void)state;
   for (int i = 0; i < 2; i++) {
     SlipSlidingMode *m = SlidingMode((SlipModelCase)i);
     PetscReal r, t = 0.04, w = m->model.start[0] + m->D / m->omega * (1 - cos(m->omega * t)) - m->k * t;
@@ -50,16 +49,14 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void 
   Against *a = (Against *)ctx;
   PetscReal value, exact, r;
 
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 0) return PETSC_SUCCESS;
   Get(w, 1, &value);
   exact = Exact(a->m, time, &r);
   a->largest = PetscMax(a->largest, fabs(value - exact));
   a->stuck += exact == 0 && value == 0;
   a->up += exact > 0;
   a->down += exact < 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Gain below the disturbance: w sticks, departs to both sides and comes back to rest, which wipes every error out. So
@@ -72,7 +69,6 @@ static void test_exact_departures(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   m->D = 2.5;
   m->model.start[0] = -0.01;
   ok(SlipModelSetUp(&m->model));
@@ -96,7 +92,6 @@ static void test_sliding_mode_order(void **state)
   Against a = {.m = m};
   PetscReal r, end, before[2];
 
-  (void)state;
   for (int i = 0; i < 3; i++) {
     const PetscReal tmax = i < 2 ? 0.06 : 0.5, h = i < 2 ? 0.06 / (60 << i) : 1e-3;
     TS ts;
@@ -127,7 +122,6 @@ static void test_sliding_mode_observe(void **state)
   SlipSlidingMode *m = SlidingMode(SLIP_MODEL_EVALUATION);
   const PetscReal w = -0.5 * m->model.start[0];
 
-  (void)state;
   assert_true(fabs(ObserveModel(&m->model, &w, "energy") - 0.25) < 1e-15);
   assert_true(fabs(ObserveModel(&m->model, &w, "state_0") + 0.5) < 1e-15);
   assert_int_equal(-1, (int)SlipModelFindObservation(&m->model, "state_1"));
@@ -146,9 +140,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   Balance *b = (Balance *)ctx;
   PetscReal a[CIRCUIT_N], energy, power;
 
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (step < 0) return PETSC_SUCCESS;
   Get(w, CIRCUIT_N, a);
   energy = SlipModelEnergy(&b->c->model, a);
   power = PetscSqr(a[0] - a[1]) / b->c->R + b->c->m * PetscAbsReal(a[0]);
@@ -159,7 +151,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *c
   b->time = time;
   b->energy = energy;
   b->power = power;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* n constant steps: what is left of the energy, its largest rise and what the balance lacks, all over the start's
@@ -192,7 +184,6 @@ static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *ri
    8 of the 16, and leave (h/(R C1))^2 = 6e-5, here 1e-4. */
 static void test_circuit_energy(void **state)
 {
-  (void)state;
   for (int i = 0; i < 2; i++) {
     PetscReal left, rise[2], lacks[2];
 
@@ -213,7 +204,6 @@ static void test_circuit_observe(void **state)
   PetscReal sum = 0;
   SlipModel model;
 
-  (void)state;
   ok(SlipModelCreate(&SlipCircuitOps, SLIP_MODEL_EVALUATION, &model));
   for (int i = 0; i < 3; i++) {
     const PetscReal value = ObserveModel(model, model->start, names[i]);

@@ -52,7 +52,6 @@ static void one_cell(void **state)
 {
   const PetscReal guess[] = {0, 1, 1.5, 0.5, 1e3, 1e-3}, sigma[] = {25e6, 1e3, 1e-6};
 
-  (void)state;
   for (int law = 0; law < 2; law++)
     for (size_t g = 0; g < 6; g++)
       for (size_t j = 0; j < 3; j++)
@@ -89,7 +88,6 @@ static void no_friction(void **state)
   const SlipFrictionCells none = Cell(&sigma, PETSC_FALSE), loaded = Cell(&some, PETSC_FALSE);
   PetscBool stable;
 
-  (void)state;
   assert_true(SlipFrictionStageRate(&none, 0, &cell, -6, 1e-9, &stable) == -1.5);
   assert_true(stable);
   assert_true(SlipFrictionStageRate(&loaded, 0, &cell, 0, 1e-9, &stable) == 0);
@@ -106,12 +104,9 @@ typedef struct {
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   const Stage *s = (const Stage *)ctx;
-  const PetscReal *v;
+  const PetscReal *v = VecRead(x);
   PetscReal *strength, *slope = NULL;
 
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(VecGetArrayRead(x, &v));
   PetscCall(VecGetArray(q, &strength));
   if (dq) PetscCall(VecGetArray(dq, &slope));
   for (PetscInt i = 0; i < N; i++) {
@@ -120,22 +115,17 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
     SlipFrictionStrength(&f, 1, s->theta, 1, &s->s0[i], 1, &v[i], &strength[i], slope ? &slope[i] : NULL);
   }
   if (dq) PetscCall(VecRestoreArray(dq, &slope));
-  PetscCall(VecRestoreArray(q, &strength));
-  PetscCall(VecRestoreArrayRead(x, &v));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(q, &strength);
 }
 
 static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable,
                                  void *ctx)
 {
   const Stage *s = (const Stage *)ctx;
-  const PetscReal *d, *load;
+  const PetscReal *d = VecRead(D), *load;
   PetscReal *v;
 
-  PetscFunctionBegin;
-  (void)con;
-  PetscCall(VecGetArrayRead(D, &d));
-  PetscCall(VecGetArrayRead(f, &load));
+  load = VecRead(f);
   PetscCall(VecGetArray(x, &v));
   for (PetscInt i = 0; i < N; i++) {
     const SlipFrictionCells cells = Cell(&s->sigma[i], PETSC_FALSE);
@@ -145,22 +135,15 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
     v[i] = i == s->fixed ? 1e-3 : SlipFrictionStageRate(&cells, 0, &cell, load[i], v[i], &stable);
     if (!stable) *unstable = PETSC_TRUE;
   }
-  PetscCall(VecRestoreArray(x, &v));
-  PetscCall(VecRestoreArrayRead(f, &load));
-  PetscCall(VecRestoreArrayRead(D, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArray(x, &v);
 }
 
 static PetscErrorCode Prescribed(SlipConstraint con, Vec mask, void *ctx)
 {
   const PetscInt fixed = ((const Stage *)ctx)->fixed;
 
-  PetscFunctionBegin;
-  (void)con;
   if (fixed >= 0) PetscCall(VecSetValue(mask, fixed, 0, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(mask));
-  PetscCall(VecAssemblyEnd(mask));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecAssemble(mask);
 }
 
 /* B = 5e6 + theta K of a chain that falls off like 1/r^3, driven by stresses on both sides of the friction */
@@ -183,10 +166,8 @@ static void Create(PetscReal theta, PetscInt fixed, Stage *s, SlipConstraint *co
       ok(MatSetValue(s->l.B, i, j, i == j ? 5e6 + 3e6 * theta : -4e5 * theta / pow(labs((long)(i - j)), 3),
                      INSERT_VALUES));
   }
-  ok(MatAssemblyBegin(s->l.B, MAT_FINAL_ASSEMBLY));
-  ok(MatAssemblyEnd(s->l.B, MAT_FINAL_ASSEMBLY));
-  ok(VecAssemblyBegin(s->l.load));
-  ok(VecAssemblyEnd(s->l.load));
+  ok(MatAssemble(s->l.B));
+  ok(VecAssemble(s->l.load));
   ok(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, s->l.load, con));
 }
 
@@ -228,7 +209,6 @@ static void many_cells(void **state)
 {
   const PetscReal from[] = {1e-12, 1e-6, 1e-2};
 
-  (void)state;
   for (PetscInt fixed = -1; fixed < 2; fixed += 2)
     for (int direct = 0; direct < 2; direct++)
       for (size_t k = 0; k < 3; k++) {
@@ -239,13 +219,12 @@ static void many_cells(void **state)
         Vec x, g;
 
         Create(0.01, fixed, &s, &con);
-        ok(VecDuplicate(s.l.load, &x));
-        ok(VecDuplicate(s.l.load, &g));
+        VecsDuplicate(s.l.load, &x, &g);
         assert_true(Solve(con, from[k], direct, x, &its) > 0);
         assert_true(its <= 12);
         ok(MatMult(s.l.B, x, g));
         ok(VecAXPY(g, -1, s.l.load));
-        ok(VecGetArrayRead(x, &v));
+        v = VecRead(x);
         for (PetscInt i = 0; i < N; i++) {
           const PetscReal friction = copysign(s.sigma[i] * Friction(PETSC_FALSE, s.theta, s.s0[i], fabs(v[i])), v[i]);
           PetscReal balance;
@@ -257,7 +236,6 @@ static void many_cells(void **state)
             assert_true(fabs(balance + friction) < 1e-12 * 1.8e7);
         }
         assert_true(v[2] < 0);
-        ok(VecRestoreArrayRead(x, &v));
         ObjectsDestroy(&x, &g);
         Destroy(&s, &con);
       }
@@ -268,7 +246,6 @@ static void many_cells(void **state)
    hundredth of d_c is not. */
 static void instability(void **state)
 {
-  (void)state;
   for (int long_stage = 0; long_stage < 2; long_stage++) {
     PetscBool unstable;
     Stage s;
@@ -303,7 +280,6 @@ static void projection(void **state)
   SNES snes;
   Vec x;
 
-  (void)state;
   Create(0.01, -1, &s, &con);
   ok(VecDuplicate(s.l.load, &x));
   ok(SNESCreate(PETSC_COMM_SELF, &snes));

@@ -14,11 +14,10 @@ static PetscErrorCode Approximation(Mat B, Mat *A)
   PetscContainer box;
   void *s;
 
-  PetscFunctionBegin;
   PetscCall(PetscObjectQuery((PetscObject)B, "String", (PetscObject *)&box));
   PetscCall(PetscContainerGetPointer(box, &s));
   *A = ((String *)s)->A;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* share: A = B / (1 - share), so that |A^-1 (B - A)| = share; 0 for A = B */
@@ -27,7 +26,6 @@ static PetscErrorCode Create(PetscInt n, PetscReal share, String *s)
   const PetscReal h = 1.0 / (PetscReal)(n + 1);
   PetscContainer box;
 
-  PetscFunctionBegin;
   s->l = (LinearSystem){.q = 10};
   PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 3, NULL, &s->l.B));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &s->l.load));
@@ -38,18 +36,16 @@ static PetscErrorCode Create(PetscInt n, PetscReal share, String *s)
     PetscCall(
       VecSetValue(s->l.load, i, 50 * PetscExpReal(-PetscSqr(((PetscReal)(i + 1) * h - 0.5) / 0.2)), INSERT_VALUES));
   }
-  PetscCall(MatAssemblyBegin(s->l.B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(s->l.B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemble(s->l.B));
   s->A = NULL;
-  if (share == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (share == 0) return PETSC_SUCCESS;
   PetscCall(MatDuplicate(s->l.B, MAT_COPY_VALUES, &s->A));
   PetscCall(MatScale(s->A, 1 / (1 - share)));
   PetscCall(PetscContainerCreate(PETSC_COMM_SELF, &box));
   PetscCall(PetscContainerSetPointer(box, s));
   PetscCall(PetscObjectCompose((PetscObject)s->l.B, "String", (PetscObject)box));
   PetscCall(PetscContainerDestroy(&box));
-  PetscCall(PetscObjectComposeFunction((PetscObject)s->l.B, "MatSlipGetApproximation_C", Approximation));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PetscObjectComposeFunction((PetscObject)s->l.B, "MatSlipGetApproximation_C", Approximation);
 }
 
 /* The solution from rest, Newton iterations and products with B. */
@@ -61,7 +57,6 @@ static PetscErrorCode Solve(PetscInt n, PetscReal share, Vec *x, PetscInt *its, 
   String s;
   SNES snes;
 
-  PetscFunctionBegin;
   PetscCall(Create(n, share, &s));
   PetscCall(VecDuplicate(s.l.load, x));
   PetscCall(VecZeroEntries(*x));
@@ -76,12 +71,7 @@ static PetscErrorCode Solve(PetscInt n, PetscReal share, Vec *x, PetscInt *its, 
   PetscCall(SNESGetIterationNumber(snes, its));
   PetscCheck(reason > 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "not converged: %d", (int)reason);
   *products = s.l.products;
-  PetscCall(SNESDestroy(&snes));
-  PetscCall(SlipConstraintDestroy(&con));
-  PetscCall(MatDestroy(&s.l.B));
-  PetscCall(MatDestroy(&s.A));
-  PetscCall(VecDestroy(&s.l.load));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return DestroyObjects(&snes, &con, &s.l.B, &s.A, &s.l.load);
 }
 
 static void test_products(void **state)
@@ -91,7 +81,6 @@ static void test_products(void **state)
   PetscReal e, size;
   Vec x, y;
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     assert_int_equal(Solve(sizes[k], 0, &x, &its, &exact[k]), 0);
     assert_int_equal(Solve(sizes[k], 0.05, &y, &its, &products), 0);

@@ -55,7 +55,6 @@ static void keeps(const Problem *problem, const char kind[], PetscInt draws, Pet
 
 static void events(void **state)
 {
-  (void)state;
   keeps(&ProblemDial, "event", 40, 1, 36);
 }
 
@@ -66,7 +65,6 @@ static void ruptures(void **state)
   CMAProblem row = *ProblemRupture.cma;
   Problem problem = ProblemRupture;
 
-  (void)state;
   row.create = RunsCreate;
   problem.cma = &row;
   keeps(&problem, "rupture", 24, 0.35, 19);
@@ -79,13 +77,11 @@ static PetscReal spoiled = 0; /* runs at tolerances near this are off */
 
 static uint64_t Seed(PetscInt seed, PetscInt stream, PetscInt64 k)
 {
-  (void)seed, (void)stream;
   return (uint64_t)k;
 }
 
 static PetscErrorCode SetUp(CMAOptions *o)
 {
-  (void)o;
   return PETSC_SUCCESS;
 }
 
@@ -93,12 +89,10 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
 {
   PetscReal *factor;
 
-  PetscFunctionBegin;
-  (void)o, (void)side;
   PetscCall(PetscNew(&factor));
   *factor = (PetscReal)(seed + 1);
   *episode = factor;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Destroy(void **episode)
@@ -110,11 +104,9 @@ static PetscErrorCode Classical(void *episode, TSAdaptType type, PetscReal rtol,
 {
   const PetscReal factor = *(const PetscReal *)episode;
 
-  PetscFunctionBegin;
-  (void)type;
   *r = (EpisodeResult){.solves = (PetscInt)(1 / rtol), .done = 1, .error = factor * rtol};
   if (spoiled > 0 && PetscAbsReal(PetscLogReal(rtol / spoiled)) < 0.1) r->error = 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* 95 % of the factors 1 to 20 are at most 19: the loosest tolerance for a is a/19, and none is that is looser than one
@@ -128,7 +120,6 @@ static void calibrated(void **state)
   PetscBool cut;
   Ladder l;
 
-  (void)state;
   for (PetscInt k = 0; k < 2; k++) {
     spoiled = k ? LadderTolerance(14) : 0;
     ok(LadderCreate(&problem, NULL, 0, STREAM, 0, FACTORS, "any", &l));
@@ -159,7 +150,6 @@ static void limited(void **state)
   PetscBool cut;
   Ladder l;
 
-  (void)state;
   ok(LadderCreate(&problem, NULL, 0, STREAM, 9, 1, "any", &l));
   ok(LadderClimb(&l, 0, 0, 5e-4, 40, &cut));
   assert_true(cut);
@@ -175,7 +165,6 @@ static void interpolated(void **state)
 {
   PetscReal fine, coarse, between;
 
-  (void)state;
   ok(SlipFaultFindTolerance("rupture", "dsp", 1e-2, &coarse));
   ok(SlipFaultFindTolerance("rupture", "dsp", 3e-3, &fine));
   ok(SlipFaultFindTolerance("rupture", "dsp", PetscSqrtReal(3e-5), &between));
@@ -198,8 +187,7 @@ static Run start(const char options[], PetscBool rupture)
 {
   Run r;
 
-  ok(PetscOptionsClear(NULL));
-  ok(PetscOptionsInsertString(NULL, options));
+  ok(SetOptions(options));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
   ok(SlipFaultSetReal(r.fault, "nx", 2));
   if (rupture) {
@@ -237,7 +225,6 @@ static void beyond_the_table(void **state)
   const PetscReal slope = log(0.000116 / 0.000724) / log(0.3), expected = 0.000116 * pow(1e-3 / 3e-3, slope);
   Run r = start("-ts_adapt_type pi -ts_adapt_pi_filter fault_history -fault_accuracy 0.001", PETSC_FALSE);
 
-  (void)state;
   assert_true(fabs(tolerance(&r) / expected - 1) < 1e-12);
   assert_true(r.fault->steps.accuracy == 0); /* and is not said to keep it */
   end(&r);
@@ -257,7 +244,6 @@ static void precedence(void **state)
     {"-ts_adapt_type basic -ts_rtol 3e-4 -fault_accuracy 0.1", "basic", 0, 3e-4},
     {"-ts_adapt_type none", TSADAPTNONE, 0, 1e-3}};
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
     Run r = start(rows[i].options, PETSC_FALSE);
     PetscReal expected = rows[i].rtol, found = tolerance(&r);
@@ -306,7 +292,6 @@ static void learned(void **state)
               {"-fault_inertia no", "pi:fault_history", "pi:fault_history", PETSC_FALSE},
               {"-fault_loading_rate 1e-9", "dsp", "dsp", PETSC_FALSE}};
 
-  (void)state;
   for (PetscInt i = 0; i < (PetscInt)PETSC_STATIC_ARRAY_LENGTH(rows); i++)
     for (PetscInt tolerant = 0; tolerant < 2; tolerant++) {
       Run r = start(rows[i].options, rows[i].rupture);
@@ -353,7 +338,6 @@ static void explicit_ruptures(void **state)
               {"-fault_stressing_rate 1", TSBATHE, 0},
               {"-fault_inertia yes -fault_viscosity sqrtm", TSBATHE, 0}};
 
-  (void)state;
   for (PetscInt i = 0; i < (PetscInt)PETSC_STATIC_ARRAY_LENGTH(rows); i++)
     for (PetscInt named = 0; named < 2; named++) { /* a type that the program has set counts */
       SlipFault fault;
@@ -361,12 +345,10 @@ static void explicit_ruptures(void **state)
       TSType type;
       TS ts;
 
-      ok(PetscOptionsClear(NULL));
-      ok(PetscOptionsInsertString(NULL, rows[i].options));
+      ok(SetOptions(rows[i].options));
       ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-      ok(SlipFaultSetReal(fault, "nx", 2));
       ok(SlipFaultSetString(fault, "initial", "traction"));
-      ok(SlipFaultSetReal(fault, "initial_traction", 1.4e7));
+      ok(FaultSetReals(fault, {"nx", 2}, {"initial_traction", 1.4e7}));
       ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
       ok(SlipFaultSetFromOptions(fault));
       ok(SlipFaultSetUp(fault));
@@ -391,7 +373,6 @@ static void without_policies(void **state)
   TSAdapt adapt;
   Run r;
 
-  (void)state;
   assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", "/nowhere", 1), 0);
   r = start("", PETSC_TRUE);
   assert_int_equal(unsetenv("SLIPSTEP_POLICY_DIR"), 0);
@@ -413,7 +394,6 @@ static void handed_over(void **state)
               {"-ts_adapt_rl_problem fault -ts_adapt_type rl -fault_accuracy 0.03 -ts_adapt_rl_accuracy 0.05", 0.05, 0},
               {"-ts_adapt_rl_problem fault -ts_adapt_type rl -fault_accuracy 0.03 -ts_rtol 2e-3", 0.03, 2e-3}};
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
     Run r = start(rows[i].options, PETSC_TRUE);
     PetscReal expected = rows[i].rtol, found = tolerance(&r), dial;
@@ -476,7 +456,6 @@ static void named_tolerances(void **state)
   PetscReal found;
   Run r;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("test_steps", dir));
   snprintf(file, sizeof(file), "%s/mine.h5", dir);
   write_tolerances(file, GOOD);
@@ -518,7 +497,6 @@ static void damaged_tolerances(void **state)
   SlipFaultTolerances t;
   PetscReal found;
 
-  (void)state;
   assert_int_equal(0, TempDirMake("test_steps", dir));
   snprintf(file, sizeof(file), "%s/tolerances.h5", dir);
   assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", dir, 1), 0);
@@ -544,7 +522,6 @@ static void words_in_values(void **state)
   TSAdapt adapt;
   char name[64];
 
-  (void)state;
   ok(PetscOptionsClear(NULL));
   ok(PetscOptionsSetValue(NULL, "-title", "made with -ts_rtol 1e-3 and -ts_adapt_type heuristic , -ts_adapt_pi_g1 3"));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
@@ -561,12 +538,10 @@ static void refused(void **state)
 {
   SlipFault fault;
 
-  (void)state;
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   fails(SlipFaultSetReal(fault, "accuracy", 0.11), "-fault_accuracy is 0.11, expected a number >= 0.001 and <= 0.1");
   fails(SlipFaultSetReal(fault, "accuracy", 9e-4), "-fault_accuracy is 0.0009, expected a number >= 0.001 and <= 0.1");
-  ok(SlipFaultSetReal(fault, "accuracy", 0.1));
-  ok(SlipFaultSetReal(fault, "accuracy", 1e-3));
+  ok(FaultSetReals(fault, {"accuracy", 0.1}, {"accuracy", 1e-3}));
   ok(SlipFaultDestroy(&fault));
 }
 

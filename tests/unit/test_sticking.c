@@ -17,13 +17,11 @@ static SlipFault Fault(PetscInt nx, PetscInt nz, const char law[], PetscReal sli
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"friction_law", law}, {"viscosity", "radiation"}, {"initial", "traction"}));
   ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", 1000 * (PetscReal)nx},
                    {"length_z", 1000 * (PetscReal)nz}, {"normal_stress", sigma}, {"normal_stress_gradient", 0},
                    {"friction_residual", residual}, {"friction_drop", drop}, {"friction_slip", slip},
                    {"initial_traction", traction}));
-  ok(SlipFaultSetString(fault, "friction_law", law));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
   ok(SlipFaultSetInertia(fault, PETSC_FALSE));
   ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
   return fault;
@@ -80,7 +78,6 @@ static PetscReal Polynomial(PetscInt s, PetscReal z)
 /* 1 + z + z^2/2 and what is smaller, and not larger than 1 up to the longest step */
 static void formulas(void **state)
 {
-  (void)state;
   for (PetscInt s = 2; s <= SLIP_RKC_MOST; s += s < 20 ? 1 : 20) {
     const PetscReal longest = SlipRKCLongest(s), z = 1e-3;
 
@@ -113,7 +110,6 @@ static void block(void **state)
 {
   const PetscReal d = 0.05, excess = 1e5;
 
-  (void)state;
   for (int k = 0; k < 3; k++)
     for (int late = 0; late < 2; late++) {
       SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
@@ -126,12 +122,11 @@ static void block(void **state)
       end = 0.8 * log(1 + (sigma * drop / d - K) * d / excess) * eta / (sigma * drop / d - K) * (late ? 2 : 1);
       Run(fault, types[k], 1e-7, 0, end, &w);
       u = Block(K, eta, excess, d, end, &v);
-      ok(VecGetArrayRead(w, &a));
+      a = VecRead(w);
       /* local errors of 1e-7 d, some hundred of them, which grow as the excess does, fiftyfold */
       if (!(fabs(a[1] - u) < 2e-4 * d && fabs(a[0] - v) < 2e-4 * d * K / eta * 10 && a[2] == a[1]))
         fail_msg("%s: u %.9g, expected %.9g, v %.9g, expected %.9g, s %.9g", types[k], (double)a[1], (double)u,
                  (double)a[0], (double)v, (double)a[2]);
-      ok(VecRestoreArrayRead(w, &a));
       ObjectsDestroy(&w, &fault);
     }
 }
@@ -142,7 +137,6 @@ static void order(void **state)
   const PetscReal d = 0.05, excess = 1e5;
   PetscReal error[2];
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
     PetscReal K, eta, v, end;
@@ -153,9 +147,8 @@ static void order(void **state)
     Numbers(fault, &K, &eta);
     end = 2 * eta / (sigma * drop / d - K);
     Run(fault, TSRKC, 1e-3, end / (20 * (k + 1)), end, &w);
-    ok(VecGetArrayRead(w, &a));
+    a = VecRead(w);
     error[k] = fabs(a[1] - Block(K, eta, excess, d, end, &v));
-    ok(VecRestoreArrayRead(w, &a));
     ObjectsDestroy(&w, &fault);
   }
   assert_true(error[0] / error[1] > 3.7 && error[0] / error[1] < 4.3);
@@ -169,7 +162,6 @@ static void starts_and_stops(void **state)
   const PetscReal deficit = 2e5, peak = 1e6;
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("sticking", dir));
   snprintf(file, sizeof(file), "%s/record.h5", dir);
   for (int k = 0; k < 3; k++) {
@@ -193,11 +185,10 @@ static void starts_and_stops(void **state)
     stop = eta / K * log(1 + v * K / rise); /* of v' = -(K v + rise)/eta */
     u += -rise / K * stop + (v + rise / K) * eta / K * -expm1(-K / eta * stop);
     Run(fault, types[k], 1e-6, 0, times[2], &w);
-    ok(VecGetArrayRead(w, &a));
+    a = VecRead(w);
     /* local errors of 1e-6 u, some hundred of them */
     if (!(a[0] == 0 && fabs(a[1] - u) < 1e-4 * u && times[1] + stop < times[2]))
       fail_msg("%s: v %g, u %.9g, expected %.9g", types[k], (double)a[0], (double)a[1], (double)u);
-    ok(VecRestoreArrayRead(w, &a));
     ObjectsDestroy(&w, &fault);
   }
   assert_int_equal(0, TempDirRemove(dir));
@@ -212,7 +203,6 @@ static void by_rate(void **state)
   const PetscReal *v;
   Vec w;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "friction_rate", v0));
   Run(fault, TSRKC, 1e-2, 0, 0.01, &w);
   Numbers(fault, &K, &eta);
@@ -223,9 +213,8 @@ static void by_rate(void **state)
 
     *(sigma * (residual + drop / (1 + middle / v0)) + eta * middle > traction ? &high : &low) = middle;
   }
-  ok(VecGetArrayRead(fault->balance.rate, &v));
+  v = VecRead(fault->balance.rate);
   assert_true(fabs(*v - low) < 1e-11 * low); /* rounding of stresses 1e3 times what is left */
-  ok(VecRestoreArrayRead(fault->balance.rate, &v));
   ObjectsDestroy(&w, &fault);
 }
 
@@ -234,7 +223,6 @@ static void by_rate(void **state)
 /* Dipping cells with vectors of slip, whose normal stress slip changes, healing and loaded: against TSBATHE */
 static void against_bathe(void **state)
 {
-  (void)state;
   for (int k = 0; k < 3; k++) {
     PetscReal error, size;
     Vec w[2];
@@ -263,13 +251,11 @@ static void lands(void **state)
   const PetscReal *a;
   Vec w;
 
-  (void)state;
   ok(SlipFaultSetReal(fault, "stressing_rate", -1e-3));
   Run(fault, TSRKC, 1e-2, 0, 1e4, &w);
   ok(SlipFaultRestTime(NULL, 1e4, w, &rest, fault)); /* 0 where a cell moves */
-  ok(VecGetArrayRead(w, &a));
+  a = VecRead(w);
   assert_true(rest > 0 && a[1] > 0.05);
-  ok(VecRestoreArrayRead(w, &a));
   ObjectsDestroy(&w, &fault);
 }
 
@@ -282,17 +268,12 @@ enum { POINTS = 63 };
 /* Heat on a line between two ends of 0, 1/(POINTS + 1) apart */
 static PetscErrorCode Heat(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
 {
-  const PetscReal *a, over = (POINTS + 1) * (POINTS + 1);
+  const PetscReal *a = VecRead(u), over = (POINTS + 1) * (POINTS + 1);
   PetscReal *b;
 
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
-  PetscCall(VecGetArrayRead(u, &a));
   PetscCall(VecGetArrayWrite(f, &b));
   for (int i = 0; i < POINTS; i++) b[i] = over * ((i ? a[i - 1] : 0) - 2 * a[i] + (i < POINTS - 1 ? a[i + 1] : 0));
-  PetscCall(VecRestoreArrayWrite(f, &b));
-  PetscCall(VecRestoreArrayRead(u, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecRestoreArrayWrite(f, &b);
 }
 
 /* Largest error at 0.1 of the first mode after n steps at -ts_rkc_rate, relative to what is left of it. In the start is
@@ -335,7 +316,6 @@ static void heat(void **state)
 {
   const PetscReal coarse = HeatError(10, "16384"), fine = HeatError(20, "16384");
 
-  (void)state;
   assert_true(coarse < 0.05); /* (0.1 pi^2)^2 / 100 over 6 and what the formula adds */
   if (!(coarse / fine > 3.4 && coarse / fine < 4.7)) fail_msg("%g, %g: expected order 2", coarse, fine);
   assert_false(HeatError(10, "1638.4") < 1);

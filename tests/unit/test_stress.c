@@ -27,9 +27,7 @@ static SlipFault Fault(void)
     loading[i] = 1e-9 * (2 + sin(3 * i));
   }
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(SlipFaultSetString(fault, "mesh", file));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(FaultSetStrings(fault, {"mesh", file}, {"initial", "traction"}, {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"normal_stress", 50e6}, {"normal_stress_gradient", 15e3}));
   ok(SlipFaultSetField(fault, "initial_traction", N, traction));
   ok(SlipFaultSetField(fault, "stressing_rate", N, stressing));
@@ -69,7 +67,6 @@ static void energy(void **state)
   SlipFault fault = Fault();
   Vec from = State(fault, 0.1, 0), to = State(fault, 0.25, 1e8), stress[2];
 
-  (void)state;
   VecsDuplicate(fault->critical.uc, &stress[0], &stress[1]);
   for (int k = 0; k < 2; k++) {
     const PetscReal t = 3e8 * k, fall = EnergyOf(fault, t, from) - EnergyOf(fault, t, to), *a, *b, *x, *y;
@@ -77,16 +74,12 @@ static void energy(void **state)
 
     ok(SlipFaultStress(fault, t, from, stress[0]));
     ok(SlipFaultStress(fault, t, to, stress[1]));
-    ok(VecGetArrayRead(from, &a));
-    ok(VecGetArrayRead(to, &b));
-    ok(VecGetArrayRead(stress[0], &x));
-    ok(VecGetArrayRead(stress[1], &y));
+    a = VecRead(from);
+    b = VecRead(to);
+    x = VecRead(stress[0]);
+    y = VecRead(stress[1]);
     for (PetscInt i = 0; i < N; i++)
       work += fault->mesh.weight[i] * fault->mesh.area * 0.5 * (x[i] + y[i]) * (b[3 * i + 1] - a[3 * i + 1]);
-    ok(VecRestoreArrayRead(stress[1], &y));
-    ok(VecRestoreArrayRead(stress[0], &x));
-    ok(VecRestoreArrayRead(to, &b));
-    ok(VecRestoreArrayRead(from, &a));
     /* rounding of sums of 18 terms, of which the work is no small difference */
     assert_true(fabs(fall / work - 1) < 1e-12);
   }
@@ -94,14 +87,12 @@ static void energy(void **state)
   ok(VecZeroEntries(from));
   ok(SlipFaultStress(fault, 1e8, from, stress[0]));
   {
-    const PetscReal *x;
+    const PetscReal *x = VecRead(stress[0]);
 
-    ok(VecGetArrayRead(stress[0], &x));
     for (PetscInt i = 0; i < N; i++)
       assert_true(fabs(x[i] / (fault->fields.cell[FIELD_INITIAL_TRACTION][i] +
                                1e8 * fault->fields.cell[FIELD_STRESSING_RATE][i]) -
                        1) < 1e-14);
-    ok(VecRestoreArrayRead(stress[0], &x));
   }
   ObjectsDestroy(&from, &to, &stress[0], &stress[1], &fault);
 }
@@ -116,7 +107,6 @@ static void loading(void **state)
   const PetscReal change = EnergyOf(fault, t + h, after) - EnergyOf(fault, t - h, before);
   PetscReal power;
 
-  (void)state;
   ok(SlipFaultLoadingPower(fault, t, now, &power));
   assert_true(fabs(2 * h * power / change - 1) < 1e-12);
   ObjectsDestroy(&before, &now, &after, &fault);

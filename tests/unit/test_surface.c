@@ -20,7 +20,6 @@ static void test_published_values(void **state)
   const PetscReal h = 1e-4, points[5][2] = {{0, 0}, {-h, 0}, {h, 0}, {0, -h}, {0, h}};
   PetscReal u[5][3], along[3], across[3];
 
-  (void)state;
   SlipSurfaceDisplacement(0.25, &source, 5, &points[0][0], &u[0][0]);
   for (int k = 0; k < 3; k++) {
     along[k] = (u[2][k] - u[1][k]) / (2 * h);
@@ -80,7 +79,6 @@ static void test_against_point_sources(void **state)
   const SlipRectangle source = {0.7, -0.4, 1.1, 1.5, 1};
   PetscReal point[2];
 
-  (void)state;
   for (int n = 0; n < 50; n++) {
     const PetscReal nu = Ratios[n % 4];
     PetscReal u[3], sum[3] = {0, 0, 0};
@@ -108,7 +106,6 @@ static void test_screw_dislocation(void **state)
 {
   const PetscReal tops[] = {0, 0.3};
 
-  (void)state;
   for (int t = 0; t < 2; t++) {
     const SlipRectangle source = {0, 0, 0.5 * (tops[t] + 1), 2e5, 1 - tops[t]};
 
@@ -134,7 +131,6 @@ static void test_trace(void **state)
   const SlipRectangle breaking = {2, 5, 0.5, 4, 1}, buried = {2, 5, 1, 4, 1};
   const PetscReal xs[] = {1, 2.7, 5, -3, 0, 4}, expected[] = {0.5, 0.5, 0, 0, 0.25, 0.25};
 
-  (void)state;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(xs); i++) {
     PetscReal u[3], side[3];
 
@@ -165,7 +161,6 @@ static void test_parts_add_up(void **state)
   const SlipRectangle whole = {30, -10, 50, 200, 100};
   const PetscReal points[][2] = {{300, 40}, {30, -10}, {80, -10}, {130, 0}, {-70, -10.5}, {-20, -10}, {31, -9.99}};
 
-  (void)state;
   for (size_t p = 0; p < PETSC_STATIC_ARRAY_LENGTH(points); p++) {
     PetscReal expected[3], sum[3] = {0, 0, 0};
 

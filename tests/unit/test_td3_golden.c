@@ -53,7 +53,6 @@ static void test_golden(void **state)
   Losses losses = {.critic = 0};
   char path[64];
 
-  (void)state;
   o.lr = 1e-3;
   o.smoothing_clip = 0.5;
   o.delay = 2;

@@ -13,11 +13,10 @@ static SlipFault Cells(PetscInt n, PetscInt components, PetscBool inertia)
   SlipFault fault;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetStrings(fault, {"initial", "traction"}, {"viscosity", "radiation"}));
   ok(FaultSetReals(fault, {"nx", (PetscReal)n}, {"nz", 1}, {"length_x", 1000 * (PetscReal)n}, {"length_z", 1000},
                    {"normal_stress", 50e6}, {"normal_stress_gradient", 0}, {"friction_slip", weakening},
                    {"initial_traction", 1e7}, {"thickness", 1000}));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
-  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
   if (components > 1) ok(SlipFaultSetReal(fault, "slip_components", 2));
   ok(SlipFaultSetInertia(fault, inertia));
   return fault;
@@ -71,7 +70,6 @@ static void stops(void **state)
   const Course grows = {1, 0.5, -4, 0, 0.9, 1, 0}, moves = {1, -0.5, 0, 0, 0.586, 1, 0},
                still = {0, 0, 0, 1, 0.586, 1, 0};
 
-  (void)state;
   for (PetscInt components = 1; components <= 2; components++) {
     SlipFault fault = Cells(3, components, PETSC_TRUE);
 
@@ -156,7 +154,6 @@ static void slip_and_rate(void **state)
   SlipFault fault = Cells(1, 1, PETSC_FALSE);
   Mat k, damping;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetOperators(fault, &k, &damping, NULL));
   K = EntryOf(k);
@@ -186,7 +183,6 @@ static void cube_and_swing(void **state)
   SlipFault fault = Cells(1, 1, PETSC_FALSE);
   Mat K;
 
-  (void)state;
   ok(SlipFaultSetUp(fault));
   for (int k = 0; k < 3; k++)
     AssertNear(ErrorOf(fault, rtol, &(Errors){.u = k * weakening, .moved = share * weakening}) /
@@ -209,15 +205,14 @@ static void pressure(void **state)
   const PetscReal relative = 1e-3, a = 0.01, b = 0.015, dc = 0.5, v = 1e-9;
   PetscReal tolerance, *x;
 
-  (void)state;
   for (int opens = 0; opens < 2; opens++) {
     SlipFault fault = Cells(1, opens ? 2 : 1, PETSC_FALSE);
     Mat K;
     Vec d;
     Vec w;
 
-    ok(FaultSetReals(fault, {"depth_top", 1000}, {"friction_a", a}, {"friction_b", b}));
     ok(SlipFaultSetString(fault, "friction_law", opens ? "linear_slip_weakening" : "rate_and_state"));
+    ok(FaultSetReals(fault, {"depth_top", 1000}, {"friction_a", a}, {"friction_b", b}));
     if (opens)
       ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
     else
@@ -250,7 +245,6 @@ static void opening(void **state)
   const PetscReal rtol = 1e-3, u = 0.01, e = 1e-5;
   SlipFault fault = Cells(1, 2, PETSC_FALSE);
 
-  (void)state;
   ok(FaultSetReals(fault, {"depth_top", 1000}));
   ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
   ok(SlipFaultSetString(fault, "friction_law", "linear_slip_weakening"));
@@ -282,12 +276,11 @@ static void work_of_an_error(void **state)
   TS ts;
   char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
 
-  (void)state;
   assert_int_equal(0, TempDirMake("tolerance", dir));
   snprintf(file, sizeof(file), "%s/o.h5", dir);
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}, {"dip", 40}, {"rake", 90}, {"depth_top", 500}));
   ok(SlipFaultSetString(fault, "output", file));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}, {"dip", 40}, {"rake", 90}, {"depth_top", 500}));
   ok(FaultStart(fault, TSADAPTNONE, 0.5, 0, &w, &ts));
   ok(TSSetMaxSteps(ts, 1));
   ok(TSSetSolution(ts, w));
@@ -301,9 +294,9 @@ static void work_of_an_error(void **state)
   ok(MatCreateVecs(K, &u, &ku));
   ok(SlipFaultGetDisplacement(fault, w, u));
   ok(MatMult(K, u, ku));
-  ok(VecGetArrayRead(w, &a));
-  ok(VecGetArrayRead(error, &e));
-  ok(VecGetArrayRead(ku, &f));
+  a = VecRead(w);
+  e = VecRead(error);
+  f = VecRead(ku);
   for (PetscInt i = 0; i < CELLS; i++) {
     PetscReal mu, ds, dv;
 
@@ -311,9 +304,6 @@ static void work_of_an_error(void **state)
     work += mass * a[3 * i] * e[3 * i] + f[i] * e[3 * i + 1] + mu * sigma[i] * e[3 * i + 2];
     change += mu * (sigma[i] - fault->fields.cell[FIELD_NORMAL_STRESS][i]) * e[3 * i + 2];
   }
-  ok(VecRestoreArrayRead(ku, &f));
-  ok(VecRestoreArrayRead(error, &e));
-  ok(VecRestoreArrayRead(w, &a));
   /* sums of terms that cancel in part, each to rounding; what slip has changed is far more */
   assert_true(fabs(change) > 1e-4 * fabs(work));
   AssertNear(fault->run->error.work[0] / (scale * work), 1, 1e-9);

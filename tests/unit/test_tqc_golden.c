@@ -196,13 +196,11 @@ static void RunGolden(const Key *key)
 
 static void test_five_critics(void **state)
 {
-  (void)state;
   RunGolden(&keys[0]);
 }
 
 static void test_two_critics(void **state)
 {
-  (void)state;
   RunGolden(&keys[1]);
 }
 
@@ -214,7 +212,6 @@ static void test_quantiles_plain(void **state)
   double loss = 0;
   Random r;
 
-  (void)state;
   RandomSeed(&r, 3);
   for (int i = 0; i < C * Q * B; ++i) {
     z[i] = sorted[i] = (Scalar)(2 * RandomNormal(&r));

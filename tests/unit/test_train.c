@@ -45,7 +45,6 @@ static void test_same_seed_same_bits(void **state)
                                      "-train_steps 300 -train_seed 8"};
   Trainer t[3];
 
-  (void)state;
   for (int i = 0; i < 3; ++i) {
     const TrainOptions o = Options(runs[i]);
 
@@ -64,10 +63,9 @@ static void test_resume_same_bits(void **state)
 {
   static const char *const runs[] = {"-train_random -train_reward accuracy",
                                      "-train_algorithm td3 -train_problem circuit -train_random -train_reward balanced",
-                                     "-train_problem sliding_mode -train_network 16,8"};
+                                     "-train_problem sliding_mode -train_noise gaussian -train_network 16,8"};
   const char *checkpoint = "test_train_checkpoint.h5";
 
-  (void)state;
   for (int i = 0; i < 3; ++i) {
     char text[256];
     TrainOptions o;
@@ -105,7 +103,6 @@ static void test_transfer(void **state)
   char text[256];
   Trainer a, b;
 
-  (void)state;
   ok(PetscStrncpy(o.checkpoint, checkpoint, sizeof(o.checkpoint)));
   ok(TrainerCreate(&o, &a));
   ok(TrainerRun(&a));
@@ -125,14 +122,13 @@ static void test_transfer(void **state)
   assert_int_equal(remove(checkpoint), 0);
 }
 
-/* The stored policy answers what the trained actor answers: with its clamped head, and TD3's. */
+/* The stored policy answers what the trained actor answers: with its clamped head, with the plain one, and TD3's. */
 static void test_policy_file(void **state)
 {
-  static const char *const runs[] = {"-train_network 32", "-train_algorithm td3"};
+  static const char *const runs[] = {"-train_network 32", "-train_noise gaussian", "-train_algorithm td3"};
   const char *file = "test_train_policy.h5";
 
-  (void)state;
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     PetscReal obs[ENV_MAX_OBS] = {0.8, 0.1, 0.05, 1, 0.3, 0.02}, action;
     char text[128];
     TrainOptions o;
@@ -161,7 +157,6 @@ static void test_published_reward(void **state)
   RewardInput in = {.attempt = &a, .dt_min = 1, .dt_max = 5, .cost = 3, .cost_min = 2, .cost_max = 4, .alpha = 2};
   const Reward *row;
 
-  (void)state;
   ok(RewardFind("published", &row));
   assert_true(fabs(row->value(&in) - 0.25 * 0.5 * exp(-1)) < 1e-15); /* S1 = 1/4, S2 = 1/2 */
   a.converged = PETSC_FALSE;
@@ -171,11 +166,9 @@ static void test_published_reward(void **state)
 /* An actor that always answers the same. */
 static PetscErrorCode Constant(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)stop;
   if (!m->first) assert_true(m->reward < 0);
   *action = *(const PetscReal *)ctx;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Short steps cost attempts and no error, long ones the reverse; the reference is that of an independent run. */
@@ -187,7 +180,6 @@ static void test_accuracy_reward(void **state)
   Random r;
   PetscReal action = -0.1; /* 0.01 (1400)^0.45 T* = 0.26 T* */
 
-  (void)state;
   RandomSeed(&r, 1);
   ok(EnvCreate(&o.env, &env));
   ok(EnvRunEpisode(&env, &r, Constant, &action, &fine));

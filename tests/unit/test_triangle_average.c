@@ -53,7 +53,6 @@ static void rectangles(void **state)
   SlipRectangle cell[12];
   PetscReal worst[2] = {0};
 
-  (void)state;
   for (int k = 0; k < 12; k++)
     cell[k] = (SlipRectangle){0.5 * (x[k % 4] + x[k % 4 + 1]), 0, 0.5 * (z[k / 4] + z[k / 4 + 1]),
                               x[k % 4 + 1] - x[k % 4], z[k / 4 + 1] - z[k / 4]};
@@ -115,7 +114,6 @@ static void quadrature(void **state)
 {
   PetscReal worst[2] = {0};
 
-  (void)state;
   for (int trial = 0; trial < 150; trial++) {
     const PetscBool full = (PetscBool)(trial % 3 == 2);
     const PetscReal nu = Random(-0.3, 0.45), turn = Random(0, 2 * PETSC_PI);
@@ -181,7 +179,6 @@ static void parts(void **state)
 {
   PetscReal worst[2] = {0};
 
-  (void)state;
   for (int trial = 0; trial < 40; trial++) {
     const PetscBool full = (PetscBool)(trial % 4 == 3);
     SlipTriangleCell cell[8], part[2][4];
@@ -225,7 +222,6 @@ static void parts(void **state)
 /* The force of one cell on another one is that of the other one on it, to the bit: nothing has to be made symmetric. */
 static void symmetric(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 12; trial++) {
     SlipTriangleCell cell[8];
 
@@ -248,7 +244,6 @@ static void bends(void **state)
 {
   static const PetscReal angles[] = {1e-15, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-4};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(angles); k++)
     for (int row = 0; row < 2; row++) {
       const PetscReal e = angles[k];
@@ -273,7 +268,6 @@ static void bends(void **state)
    terms is lost, which are a hundred times the stress here, or e where they are taken to be parallel */
 static void nearly_parallel(void **state)
 {
-  (void)state;
   for (int power = -12; power <= -2; power++)
     for (int trial = 0; trial < 4; trial++) {
       const PetscReal e = 3 * pow(10, power);
@@ -302,7 +296,6 @@ static void waves(void **state)
   static const PetscReal shapes[3][2] = {{0.5, 0.8660254037844386}, {0, 1}, {0.3, 0.7}};
   const PetscReal nu = 0.25, k = 0.35;
 
-  (void)state;
   for (int shape = 0; shape < 3; shape++) {
     const PetscReal shear = shapes[shape][0], high = shapes[shape][1], end = 0.98 * SIDES * high;
 
@@ -347,7 +340,6 @@ static void edges(void **state)
   PetscReal v[3][3], a[2], b[2], sum = 0;
   SlipTriangleCell cell;
 
-  (void)state;
   AnyTriangle(40, v);
   CellOf(v, 1, &cell);
   SlipTriangleAverage(30, 0.2, PETSC_FALSE, &cell, &cell, CORE, a);

@@ -2,130 +2,11 @@
    horizontal, on extensions of edges, above and below vertices. */
 #include "triangles.h"
 
-/* A triangle is its three parts around a point of it, and its four between the middles of its sides; 1e-11 of the
-   larger of the whole and the parts */
-static void parts(void **state)
-{
-  (void)state;
-  for (int trial = 0; trial < 200; trial++) {
-    const PetscReal share[3] = {Random(0.1, 1), Random(0.1, 1), Random(0.1, 1)};
-    PetscReal v[3][3], slip[3], at[3], inner[3], mid[3][3], whole[12], three[12] = {0}, four[12] = {0}, f[12],
-                                                                       part[3][3];
-
-    AnyPair(trial % 5 ? Random(1, 90) : 90, v, slip, at);
-    Fields(0.25, PETSC_FALSE, v, slip, at, whole);
-    for (int i = 0; i < 3; i++) {
-      inner[i] = (share[0] * v[0][i] + share[1] * v[1][i] + share[2] * v[2][i]) / (share[0] + share[1] + share[2]);
-      for (int k = 0; k < 3; k++) mid[k][i] = 0.5 * (v[k][i] + v[(k + 1) % 3][i]);
-    }
-    for (int k = 0; k < 3; k++) {
-      for (int i = 0; i < 3; i++) {
-        part[0][i] = v[k][i];
-        part[1][i] = v[(k + 1) % 3][i];
-        part[2][i] = inner[i];
-      }
-      Fields(0.25, PETSC_FALSE, part, slip, at, f);
-      for (int i = 0; i < 12; i++) three[i] += f[i];
-    }
-    for (int k = 0; k < 4; k++) {
-      for (int i = 0; i < 3; i++) {
-        part[0][i] = k < 3 ? v[k][i] : mid[0][i];
-        part[1][i] = mid[k % 3][i];
-        part[2][i] = mid[(k + 2) % 3][i];
-        if (k == 3) part[1][i] = mid[1][i];
-      }
-      Fields(0.25, PETSC_FALSE, part, slip, at, f);
-      for (int i = 0; i < 12; i++) four[i] += f[i];
-    }
-    AssertFields(three, whole, 1e-11);
-    AssertFields(four, whole, 1e-11);
-  }
-}
-
-/* Any order of the vertices is the same triangle. */
-static void orders(void **state)
-{
-  static const int order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
-
-  (void)state;
-  for (int trial = 0; trial < 60; trial++) {
-    PetscReal v[3][3], slip[3], at[3], w[3][3], f[12], g[12];
-
-    AnyPair(trial % 3 ? Random(1, 90) : 90, v, slip, at);
-    Fields(0.25, PETSC_FALSE, v, slip, at, f);
-    for (int o = 1; o < 6; o++) {
-      for (int k = 0; k < 3; k++)
-        for (int i = 0; i < 3; i++) w[k][i] = v[order[o][k]][i];
-      Fields(0.25, PETSC_FALSE, w, slip, at, g);
-      AssertFields(g, f, 1e-12);
-    }
-  }
-}
-
-/* v = D v, or m = D m D^T */
-static void Turned(PetscReal D[3][3], const PetscReal from[12], PetscReal to[12])
-{
-  for (int i = 0; i < 12; i++) to[i] = 0;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      to[i] += D[i][j] * from[j];
-      for (int k = 0; k < 3; k++)
-        for (int l = 0; l < 3; l++) to[3 + 3 * i + k] += D[i][j] * D[k][l] * from[3 + 3 * j + l];
-    }
-}
-
-/* Turned about the vertical and moved along the ground, below a free surface; by any turn in a full space, where the
-   jump turns with the triangle and so has other parts along the new strike. 1e-12: rounding of the coordinates and of
-   edges. */
-static void turned(void **state)
-{
-  (void)state;
-  for (int trial = 0; trial < 300; trial++) {
-    const PetscBool full = (PetscBool)(trial % 2);
-    const PetscReal move[3] = {Random(-5, 5), Random(-5, 5), full ? Random(-5, 5) : 0};
-    PetscReal v[3][3], w[3][3], slip[3], other[3] = {0}, at[3], to[3], D[3][3], a[3][3], b[3][3], side[3] = {0},
-                                         same = 0;
-    PetscReal f[12], g[12], want[12];
-
-    AnyPair(Random(1, 89), v, slip, at);
-    SlipPlaneDirections(Random(0, 360), full ? Random(1, 179) : 90, full ? Random(0, 360) : 0, D[0]);
-    if (!full) /* about the vertical: along strike, to the right, down */
-      for (int i = 0; i < 3; i++) {
-        const PetscReal up = D[1][i];
-
-        D[1][i] = D[2][i];
-        D[2][i] = -up;
-      }
-    for (int i = 0; i < 3; i++) {
-      to[i] = move[i];
-      for (int k = 0; k < 3; k++) w[k][i] = move[i];
-      for (int j = 0; j < 3; j++) {
-        to[i] += D[i][j] * at[j];
-        for (int k = 0; k < 3; k++) w[k][i] += D[i][j] * v[k][j];
-      }
-    }
-    ok(SlipTriangleDirections(v[0], NULL, NULL, a[0]));
-    ok(SlipTriangleDirections(w[0], NULL, NULL, b[0]));
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 3; j++) side[i] += D[i][j] * a[2][j];
-    for (int i = 0; i < 3; i++) same += side[i] * b[2][i];
-    for (int c = 0; c < 3; c++)
-      for (int e = 0; e < 3; e++)
-        for (int i = 0; i < 3; i++)
-          for (int j = 0; j < 3; j++) other[c] += same * slip[e] * b[c][i] * D[i][j] * a[e][j];
-    Fields(0.3, full, v, slip, at, f);
-    Fields(0.3, full, w, other, to, g);
-    Turned(D, f, want);
-    AssertFields(g, want, 1e-12);
-  }
-}
-
 /* Units of length: times 2^k the gradient is the same to the bit; metres for kilometres to rounding. */
 static void units(void **state)
 {
   static const PetscReal factors[] = {1024, 1. / 1024, 1000, 1e-3};
 
-  (void)state;
   for (int trial = 0; trial < 60; trial++)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(factors); k++) {
       const PetscReal c = factors[k];
@@ -154,7 +35,6 @@ static void near_special_planes(void **state)
 {
   static const PetscReal steps[] = {1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12, 1e-15};
 
-  (void)state;
   for (int trial = 0; trial < 240; trial++)
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(steps); k++) {
       const int kind = trial % 6;
@@ -225,7 +105,6 @@ static void AssertSmooth(PetscReal v[3][3], const PetscReal slip[3], const Petsc
 /* Points on the extensions of the three edges, from 1e-3 to 3 sides beyond a vertex */
 static void extensions(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 600; trial++) {
     const int edge = trial % 3, begin = trial % 2 ? edge : (edge + 1) % 3, end = trial % 2 ? (edge + 1) % 3 : edge;
     PetscReal v[3][3], slip[3], at[3], off[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)}, length = 0;
@@ -248,7 +127,6 @@ static void extensions(void **state)
    outside */
 static void above_vertices(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 600; trial++) {
     const int vertex = trial % 3;
     PetscReal v[3][3], slip[3], at[3], off[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)}, beyond = 1;
@@ -283,7 +161,6 @@ static void above_vertices(void **state)
    has no traction */
 static void shallow_edges(void **state)
 {
-  (void)state;
   for (int trial = 0; trial < 800; trial++) {
     const PetscReal h = pow(10, -1 - trial % 8), x = Random(0.5, 1.5);
     const PetscReal at[3] = {trial % 3 ? -Random(0.3, 3) : x + Random(0.3, 3), h * Random(-2, 2), 0};
@@ -303,4 +180,4 @@ static void shallow_edges(void **state)
   }
 }
 
-SLIP_TESTS(parts, orders, turned, units, near_special_planes, extensions, above_vertices, shallow_edges)
+SLIP_TESTS(units, near_special_planes, extensions, above_vertices, shallow_edges)

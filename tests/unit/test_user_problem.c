@@ -11,21 +11,18 @@ static int alive;
 
 static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
-  (void)ctx;
   F[0] = kind == FAILING && t > 0.5 ? (PetscReal)NAN : -w[0];
   return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
 {
-  (void)t, (void)w, (void)ctx;
   J[0] = -1;
   return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
-  (void)t, (void)w, (void)dq, (void)ctx;
   q[0] = 0;
   return PETSC_SUCCESS;
 }
@@ -37,8 +34,6 @@ static PetscErrorCode Draw(uint64_t seed, void **instance, TS *ts, Vec *w)
   const SlipSmall problem = {
     .n = 1, .mass = mass, .nrows = 1, .rows = rows, .force = Force, .jacobian = Jacobian, .bound = Bound};
 
-  PetscFunctionBegin;
-  (void)seed;
   PetscCall(TSCreate(PETSC_COMM_SELF, ts));
   PetscCall(SlipSmallConfigureTS(&problem, *ts));
   if (kind == EULER) PetscCall(TSSetType(*ts, TSBEULER));
@@ -49,24 +44,22 @@ static PetscErrorCode Draw(uint64_t seed, void **instance, TS *ts, Vec *w)
   PetscCall(PetscObjectDereference((PetscObject)*w)); /* the TS has it */
   *instance = *ts;
   alive++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Error(void *instance, TS ts, Vec w, PetscReal *error)
 {
-  PetscFunctionBegin;
   assert_ptr_equal(instance, ts);
   PetscCall(VecNorm(w, NORM_2, error));
   *error = PetscAbsReal(*error - PetscExpReal(-1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static PetscErrorCode Destroy(void **instance)
 {
-  PetscFunctionBegin;
   PetscCall(TSDestroy((TS *)instance));
   alive--;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 static const char *const names[] = {"log_accuracy", "log_time_left", NULL};
@@ -91,8 +84,6 @@ static void test_wrong_tables(void **state)
 {
   SlipTrainProblem p;
 
-  (void)state;
-  ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   p = Decay, p.name = NULL;
   assert_int_equal(SlipTrain(PETSC_COMM_SELF, &p), PETSC_ERR_ARG_NULL);
   p = Decay, p.draw = NULL;
@@ -105,20 +96,16 @@ static void test_wrong_tables(void **state)
   assert_int_equal(SlipTrain(PETSC_COMM_SELF, &p), PETSC_ERR_ARG_NULL);
   p = Decay, p.dt_max = p.dt_min;
   assert_int_equal(SlipTrain(PETSC_COMM_SELF, &p), PETSC_ERR_ARG_OUTOFRANGE);
-  ok(PetscPopErrorHandler());
 }
 
 static void test_wrong_ts(void **state)
 {
   void *e;
 
-  (void)state;
-  ok(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   kind = EULER;
   assert_int_equal((*CMAUser.create)(&options, 1, 1, &e), PETSC_ERR_ARG_WRONG);
   kind = ENDLESS;
   assert_int_equal((*CMAUser.create)(&options, 1, 1, &e), PETSC_ERR_ARG_OUTOFRANGE);
-  ok(PetscPopErrorHandler());
   alive = 0; /* a training ends there */
 }
 
@@ -130,7 +117,6 @@ static void test_runs_repeat(void **state)
   EpisodeResult a, b, c;
   void *e;
 
-  (void)state;
   kind = GOOD;
   ok((*CMAUser.create)(&options, 1, 1, &e));
   ok((*CMAUser.run)(e, policy, 1e-1, &a));
@@ -152,7 +138,6 @@ static void test_runs_that_do_not_end(void **state)
   EpisodeResult r;
   void *e;
 
-  (void)state;
   kind = LONG; /* 400 steps of 1 s at most */
   ok((*CMAUser.create)(&options, 1, 1, &e));
   ok((*CMAUser.run)(e, policy, 1e-1, &r));

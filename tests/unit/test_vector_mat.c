@@ -1,6 +1,7 @@
 /* Operators of slip as a vector in each cell's plane: their storage, hierarchical and by transforms against dense, and
    what is refused. */
 #include "vectorcells.h"
+#include "operators.h"
 
 /* Symmetric to the bit, known to be positive, of the sizes that were promised, with weights twice each */
 static void matrices(void **state)
@@ -12,7 +13,6 @@ static void matrices(void **state)
   Vec weights, scalar, u;
   Mat S, Kn, K;
 
-  (void)state;
   Meshes(vectors, scalars);
   ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[1], "dense", 1e-6, &S, &Kn));
   ok(MatIsSymmetric(S, 0, &is));
@@ -28,8 +28,7 @@ static void matrices(void **state)
   ok(VecDestroy(&u));
   ok(MatSlipGetWeights(S, &weights));
   assert_null(weights); /* of one area */
-  ok(MatDestroy(&S));
-  ok(MatDestroy(&Kn));
+  ObjectsDestroy(&S, &Kn);
   for (PetscInt e = 0; e < N; e++) rectangle_data[4 * N + e] = 70 + (PetscReal)(e / NX % NZ);
   ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[0], "dense", 1e-6, &S, NULL));
   ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &scalars[0], "dense", 1e-6, &K));
@@ -39,72 +38,40 @@ static void matrices(void **state)
   ok(MatSlipGetWeights(K, &scalar));
   ok(VecGetSize(weights, &n));
   assert_int_equal(n, 2 * N);
-  ok(VecGetArrayRead(weights, &w));
-  ok(VecGetArrayRead(scalar, &v));
+  w = VecRead(weights);
+  v = VecRead(scalar);
   for (PetscInt i = 0; i < 2 * N; i++) assert_true(w[i] == v[i / 2]);
-  ok(VecRestoreArrayRead(weights, &w));
-  ok(VecRestoreArrayRead(scalar, &v));
-  ok(MatDestroy(&S));
-  ok(MatDestroy(&K));
+  ObjectsDestroy(&S, &K);
 }
 
-/* Hierarchical storage against dense, of random and of uniform slip, along strike and up dip. Blocks are off by the
-   tolerance in their own norm, and errors of some hundred blocks add up at random: ten times that of the product. There
-   are blocks of low rank; both products at once are those one by one. */
+/* Hierarchical storage against dense: its size, products, and the diagonal, with a scale too */
 static void hierarchical(void **state)
 {
   enum { nx = 16, nz = 8, n = 2 * nx * nz };
   static PetscReal data[8 * n], halves[TRIANGLE_COLUMNS * 2 * n];
-  const PetscReal tolerance = 1e-6;
   const SlipCells rectangles = TwoDippingPlanes(nx, nz, data), triangles = TrianglesOf(&rectangles, halves);
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipCells c = k ? triangles : rectangles;
-    PetscReal norm, error;
-    Mat S[3], Kn[3];
-    Vec u, f[2], p[2], d[2];
+    Mat S[2], Kn[2];
+    Vec d[2];
     MatInfo info;
 
     c.kernel.type = k ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
     for (int t = 0; t < 2; t++)
-      ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &c, t ? "hmat" : "dense", tolerance, &S[t], &Kn[t]));
+      ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &c, t ? "hmat" : "dense", 1e-6, &S[t], &Kn[t]));
     ok(MatGetInfo(S[1], MAT_LOCAL, &info));
     assert_true(info.memory < (k ? 0.5 : 0.6) * 8 * PetscSqr(2 * c.n));
     ok(MatGetInfo(Kn[1], MAT_LOCAL, &info));
     assert_true(info.memory < (k ? 0.85 : 1) * 8 * 2 * PetscSqr(c.n));
-    ok(MatCreateVecs(S[0], &u, &f[0]));
-    ok(MatCreateVecs(Kn[0], NULL, &p[0]));
-    VecsDuplicate(f[0], &f[1], &d[0], &d[1]);
-    ok(VecDuplicate(p[0], &p[1]));
-    for (int slip = 0; slip < 3; slip++) {
-      for (PetscInt i = 0; i < 2 * c.n; i++)
-        ok(VecSetValue(u, i, slip == 2 ? PetscSinReal((PetscReal)(i * i)) : i % 2 == slip, INSERT_VALUES));
-      for (int t = 0; t < 2; t++) ok(MatSlipStiffnessMultBoth(S[t], Kn[t], u, f[t], p[t]));
-      ok(VecNorm(f[0], NORM_2, &norm));
-      AssertVecNear(f[1], f[0], NORM_2, 10 * tolerance * norm);
-      ok(VecNorm(p[0], NORM_2, &norm));
-      ok(VecAXPY(p[1], -1, p[0]));
-      ok(VecNorm(p[1], NORM_2, &error));
-      assert_true(error > 0 && error < 10 * tolerance * norm);
-    }
+    AssertHierarchical(S, Kn, 1e-6);
+    ok(MatCreateVecs(S[0], &d[0], &d[1]));
     for (int t = 0; t < 2; t++) {
       ok(MatScale(S[t], 3));
       ok(MatGetDiagonal(S[t], d[t]));
     }
-    ok(VecNorm(d[0], NORM_2, &norm));
-    AssertVecNear(d[1], d[0], NORM_2, 1e-13 * norm);
-    for (int m = 0; m < 2; m++) {
-      Mat *A = m ? Kn : S;
-
-      ok(MatConvert(A[1], MATDENSE, MAT_INITIAL_MATRIX, &A[2]));
-      ok(MatNorm(A[0], NORM_FROBENIUS, &norm));
-      ok(MatAXPY(A[2], -1, A[0], SAME_NONZERO_PATTERN));
-      ok(MatNorm(A[2], NORM_FROBENIUS, &error));
-      assert_true(error < tolerance * norm); /* of blocks each, so of all */
-      for (int t = 0; t < 3; t++) ok(MatDestroy(&A[t]));
-    }
-    ObjectsDestroy(&u, &f[0], &f[1], &p[0], &p[1], &d[0], &d[1]);
+    AssertVecClose(d[1], d[0], NORM_2, 1e-13);
+    for (int t = 0; t < 2; t++) ObjectsDestroy(&S[t], &Kn[t], &d[t]);
   }
 }
 
@@ -121,7 +88,6 @@ static void blocks_to_their_own_tolerance(void **state)
   const PetscScalar *a[2];
   Mat A[2][2];
 
-  (void)state;
   for (PetscInt e = half; e < n; e++) data[e] += 5000;
   c.kernel.type = &SlipKernelDippingVector;
   for (int t = 0; t < 2; t++) {
@@ -131,7 +97,7 @@ static void blocks_to_their_own_tolerance(void **state)
   for (int m = 0; m < 2; m++) {
     const PetscInt rows = m ? 1 : 2;
 
-    for (int t = 0; t < 2; t++) ok(MatDenseGetArrayRead(A[m][t], &a[t]));
+    for (int t = 0; t < 2; t++) a[t] = MatRead(A[m][t]);
     for (PetscInt to = 0; to < n; to += half) {
       const PetscInt from = half - to;
       PetscReal error[3] = {0}, size[3] = {0}; /* of entries, and of both uniform slips */
@@ -154,89 +120,23 @@ static void blocks_to_their_own_tolerance(void **state)
       assert_true(error[2] > 0 && error[2] <= PetscSqr(tolerance) * size[2]);
       for (int k = 0; k < 2; k++) assert_true(error[k] <= PetscSqr(10 * tolerance) * size[k]);
     }
-    for (int t = 0; t < 2; t++) {
-      ok(MatDenseRestoreArrayRead(A[m][t], &a[t]));
-      ok(MatDestroy(&A[m][t]));
-    }
+    for (int t = 0; t < 2; t++) ok(MatDestroy(&A[m][t]));
   }
 }
 
-/* The largest difference of two matrices of one size over the largest entry of size */
-static PetscReal LargestDifference(Mat a, Mat b, Mat size)
-{
-  PetscReal difference, most;
-  Mat d, e;
-
-  ok(MatConvert(a, MATDENSE, MAT_INITIAL_MATRIX, &d));
-  ok(MatConvert(b, MATDENSE, MAT_INITIAL_MATRIX, &e));
-  ok(MatAXPY(d, -1, e, SAME_NONZERO_PATTERN));
-  ok(MatDestroy(&e));
-  ok(MatConvert(size, MATDENSE, MAT_INITIAL_MATRIX, &e));
-  {
-    const PetscScalar *p, *q;
-    PetscInt m, n, all;
-
-    ok(MatGetSize(d, &m, &n));
-    ok(MatGetSize(e, &all, NULL));
-    ok(MatDenseGetArrayRead(d, &p));
-    ok(MatDenseGetArrayRead(e, &q));
-    difference = most = 0;
-    for (PetscInt i = 0; i < m * n; i++) difference = PetscMax(difference, PetscAbsScalar(p[i]));
-    for (PetscInt i = 0; i < all * all; i++) most = PetscMax(most, PetscAbsScalar(q[i]));
-    ok(MatDenseRestoreArrayRead(d, &p));
-    ok(MatDenseRestoreArrayRead(e, &q));
-  }
-  ok(MatDestroy(&d));
-  ok(MatDestroy(&e));
-  return difference / most;
-}
-
-/* Products by transforms against dense: all entries, the diagonal, both at once with scales of their own, what is asked
-   for without Kn, and either destroyed first. Sizes with a middle and without, one column and one row; vertical planes
-   too. 1e-12 of the largest entry, as for slip along rakes (test_dipping_mat.c). */
+/* Sizes with a middle and without, one column and one row; vertical planes too */
 static void transforms(void **state)
 {
   const PetscInt sizes[][2] = {{9, 8}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (size_t s = 0; s < 2 * PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
     const PetscInt nx = sizes[s / 2][0], nz = sizes[s / 2][1];
     const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, s % 3 ? 50 : 0, vectors[0].kernel},
                                   .dip = s % 2 ? 90 : 40};
-    Mat dense[2], fft[2], alone;
-    PetscReal size;
-    Vec u, f[2], n[2];
 
-    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &dense[0], &dense[1]));
-    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "fft", &fft[0], &fft[1]));
-    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "fft", &alone, NULL));
-    for (int t = 0; t < 2; t++) assert_true(LargestDifference(fft[t], dense[t], dense[0]) < 1e-12);
-    assert_true(LargestDifference(alone, dense[0], dense[0]) < 1e-12);
-    ok(MatCreateVecs(dense[0], &u, &f[0]));
-    ok(MatCreateVecs(dense[1], NULL, &n[0]));
-    ok(VecDuplicate(f[0], &f[1]));
-    ok(VecDuplicate(n[0], &n[1]));
-    ok(MatGetDiagonal(dense[0], f[0]));
-    ok(MatGetDiagonal(fft[0], f[1]));
-    ok(VecNorm(f[0], NORM_INFINITY, &size));
-    AssertVecNear(f[1], f[0], NORM_INFINITY, 1e-12 * size);
-    for (PetscInt i = 0; i < 2 * nx * nz; i++)
-      ok(VecSetValue(u, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
-    for (int t = 0; t < 2; t++) {
-      Mat *A = t ? fft : dense;
-
-      ok(MatScale(A[0], 2));
-      ok(MatScale(A[1], 0.3));
-      ok(MatSlipStiffnessMultBoth(A[0], A[1], u, f[t], n[t]));
-    }
-    ok(VecNorm(f[0], NORM_INFINITY, &size));
-    AssertVecNear(f[1], f[0], NORM_INFINITY, 1e-12 * size);
-    AssertVecNear(n[1], n[0], NORM_INFINITY, 1e-12 * size);
-    ok(MatDestroy(&fft[s % 2]));
-    assert_true(LargestDifference(fft[!(s % 2)], dense[!(s % 2)], dense[0]) < 1e-12);
-    ObjectsDestroy(&u, &f[0], &f[1], &n[0], &n[1], &alone, &fft[!(s % 2)], &dense[0], &dense[1]);
+    AssertTransforms(&grid);
   }
 }
 
@@ -249,12 +149,9 @@ static void grids_project(void **state)
   static PetscReal rake[n];
   SlipCells vectors[2], scalars[2];
 
-  (void)state;
   Meshes(vectors, scalars);
   for (int which = 0; which < 3; which++) {
     SlipDippingGrid grid = {.grid = {nx, nz, 900, 640, 0, vectors[0].kernel}, .dip = which ? 90 : 40, .rake = rake};
-    PetscReal most = 0, worst = 0;
-    const PetscScalar *a[2], *b[2];
     Mat A[2], B[2];
 
     for (PetscInt e = 0; e < n; e++) rake[e] = which == 2 ? 0 : 17.0 * (PetscReal)e - 300;
@@ -269,30 +166,9 @@ static void grids_project(void **state)
     for (int t = 0; t < 2; t++) {
       ok(MatConvert(A[t], MATDENSE, MAT_INPLACE_MATRIX, &A[t]));
       ok(MatConvert(B[t], MATDENSE, MAT_INPLACE_MATRIX, &B[t]));
-      ok(MatDenseGetArrayRead(A[t], &a[t]));
-      ok(MatDenseGetArrayRead(B[t], &b[t]));
     }
-    for (PetscInt j = 0; j < n; j++)
-      for (PetscInt i = 0; i < n; i++) {
-        PetscReal p[2], q[2], shear = 0, normal = 0;
-
-        PartsOf(rake[i], p);
-        PartsOf(rake[j], q);
-        for (int l = 0; l < 2; l++) {
-          for (int k = 0; k < 2; k++) shear += p[k] * q[l] * a[0][(2 * j + l) * 2 * n + 2 * i + k];
-          normal += q[l] * b[0][(2 * j + l) * n + i];
-        }
-        most = PetscMax(most, PetscAbsReal(a[1][j * n + i]));
-        worst = PetscMax(worst, PetscAbsReal(shear - a[1][j * n + i]));
-        worst = PetscMax(worst, PetscAbsReal(normal - b[1][j * n + i]));
-      }
-    assert_true(worst < 1e-11 * most);
-    for (int t = 0; t < 2; t++) {
-      ok(MatDenseRestoreArrayRead(A[t], &a[t]));
-      ok(MatDenseRestoreArrayRead(B[t], &b[t]));
-      ok(MatDestroy(&A[t]));
-      ok(MatDestroy(&B[t]));
-    }
+    assert_true(ProjectedDifference(A, B, rake) < 1e-11);
+    for (int t = 0; t < 2; t++) ObjectsDestroy(&A[t], &B[t]);
   }
 }
 
@@ -307,7 +183,6 @@ static void chosen(void **state)
   PetscBool match;
   Mat S;
 
-  (void)state;
   Meshes(vectors, scalars);
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(cases); k++) {
     const SlipDippingGrid grid = {
@@ -333,7 +208,6 @@ static void refused(void **state)
   SlipCells vectors[2], scalars[2];
   Mat A = NULL, B = NULL;
 
-  (void)state;
   Meshes(vectors, scalars);
   fails(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &scalars[0], "dense", 1e-6, &A, &B),
         "\"dipping\" has 1 components of slip, expected 2");

@@ -47,7 +47,6 @@ static void along_one_axis(void **state)
   uint64_t seed = 7;
   PetscInt solved = 0, unstable = 0, its, other;
 
-  (void)state;
   for (int trial = 0; trial < 400; trial++) {
     const PetscInt n = 1 + trial % 5, axis = trial / 5 % 2, law = trial % VECTORS_LAWS;
     const PetscReal *one, *two;
@@ -85,14 +84,12 @@ static void along_one_axis(void **state)
     if (VectorsIsCoupled(law) && its != other) done = same = refused = also = PETSC_FALSE;
     assert_true(done == same && refused == also);
     ok(VecNorm(x, NORM_INFINITY, &size));
-    ok(VecGetArrayRead(x, &one));
-    ok(VecGetArrayRead(y, &two));
+    one = VecRead(x);
+    two = VecRead(y);
     for (PetscInt i = 0; i < n && done; i++) {
       AssertNear(two[2 * i + axis], one[i], 1e-13 * size);
       AssertNear(two[2 * i + 1 - axis], 0, 1e-15 * size);
     }
-    ok(VecRestoreArrayRead(y, &two));
-    ok(VecRestoreArrayRead(x, &one));
     solved += done;
     unstable += refused;
     ObjectsDestroy(&x, &r, &y, &f);
@@ -112,7 +109,6 @@ static void turned_axes(void **state)
   uint64_t seed = 11;
   PetscInt solved = 0, its;
 
-  (void)state;
   for (int trial = 0; trial < 300; trial++) {
     const PetscInt n = 1 + trial % 5, N = 2 * n, law = trial % VECTORS_LAWS;
     VectorsNumbers s, v;
@@ -158,14 +154,13 @@ static void turned_axes(void **state)
       PetscReal *b;
 
       ok(VecDuplicate(x, &e));
-      ok(VecGetArrayRead(x, &a));
+      a = VecRead(x);
       ok(VecGetArray(e, &b));
       for (PetscInt i = 0; i < N; i++) {
         b[i] = 0;
         for (PetscInt k = 0; k < N; k++) b[i] += R[i][k] * a[k];
       }
       ok(VecRestoreArray(e, &b));
-      ok(VecRestoreArrayRead(x, &a));
       d = Distance(y, e, &size);
       assert_true(d <= 1e-10 * size);
       solved++;
@@ -193,7 +188,6 @@ static void random_stages(void **state)
   PetscReal worst[3] = {0};
   uint64_t seed = 3;
 
-  (void)state;
   ok(PetscOptionsGetInt(NULL, NULL, "-stages", &stages, NULL));
   for (PetscInt trial = 0; trial < stages; trial++) {
     const PetscInt n = 1 + trial % 7, law = trial % VECTORS_LAWS;
@@ -284,7 +278,6 @@ static void many_cells(void **state)
 {
   PetscReal beyond, opposite, balance, inside;
 
-  (void)state;
   for (int law = 0; law < VECTORS_LAWS; law++)
     for (PetscReal theta = 0.01; theta < 200; theta *= 100)
       for (int direct = 0; direct < 2; direct++) {
@@ -318,7 +311,6 @@ static PetscErrorCode Approximation(Mat B, Mat *A)
    solution is that of B, 1e-8 for stages with a condition number of up to 1e2. One of 0.9 is given up after four. */
 static void approximate_operator(void **state)
 {
-  (void)state;
   for (int law = 0; law < VECTORS_LAWS; law++)
     for (PetscReal theta = 0.01; theta < 200; theta *= 100) {
       PetscBool unused;
@@ -360,7 +352,6 @@ static void residual_of_a_guess(void **state)
   const PetscReal guess[3][3] = {{0.5, 0, 0}, {0, 0, 0}, {0, 0, 1.5}}, largest[] = {4, 2.4, 6};
   uint64_t seed = 1;
 
-  (void)state;
   for (PetscInt c = 1; c <= 3; c++)
     for (int k = 0; k < c; k++) {
       const PetscReal scale = c < 3 ? 4 : 5;
@@ -405,10 +396,8 @@ static PetscInt updates; /* of the last solve */
 
 static PetscErrorCode Count(SNES snes, PetscInt it)
 {
-  PetscFunctionBegin;
-  (void)snes, (void)it;
   updates++;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Cells that slide in one stage and all stick in the next one of the same solver, from a guess, are at rest after one
@@ -417,7 +406,6 @@ static void stage_after_another(void **state)
 {
   uint64_t seed = 1;
 
-  (void)state;
   for (PetscInt c = 1; c <= 2; c++) {
     SNESConvergedReason reason;
     VectorsNumbers s;
@@ -457,7 +445,6 @@ static void not_a_number(void **state)
 {
   uint64_t seed = 1;
 
-  (void)state;
   for (PetscInt c = 1; c <= 3; c++)
     for (PetscInt k = -1; k < c; k++) {
       SNESConvergedReason reason;

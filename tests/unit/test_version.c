@@ -6,7 +6,6 @@ static void tells_its_version(void **state)
   char text[32], cut[4], built[32];
   PetscInt major = -1, minor = -1, patch = -1;
 
-  (void)state;
   ok(SlipStepGetVersion(text, sizeof(text)));
   ok(SlipStepGetVersionNumber(&major, &minor, &patch));
   snprintf(built, sizeof(built), "%d.%d.%d", (int)major, (int)minor, (int)patch);

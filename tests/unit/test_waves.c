@@ -22,7 +22,6 @@ static void test_kernels(void **state)
 {
   PetscReal W[PETSC_STATIC_ARRAY_LENGTH(Time)];
 
-  (void)state;
   ok(SlipWaveKernel(SLIP_WAVE_ANTIPLANE, 0, PETSC_STATIC_ARRAY_LENGTH(Time), Time, W));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Time); i++) AssertNear(W[i], Third[i], 5.1e-9);
   ok(SlipWaveKernel(SLIP_WAVE_INPLANE, PetscSqrtReal(3), PETSC_STATIC_ARRAY_LENGTH(Time), Time, W));
@@ -34,7 +33,6 @@ static void test_poles(void **state)
 {
   static const PetscReal ratio[] = {1.45, 1.7320508, 2.2, 3.3}, tolerance[] = {1e-3, 1e-5, 1e-6};
 
-  (void)state;
   for (size_t k = 0; k < 2 * 4 * 3; k++) {
     const SlipWaveMode mode = k % 2 ? SLIP_WAVE_INPLANE : SLIP_WAVE_ANTIPLANE;
     const PetscReal cp = ratio[k / 2 % 4], wanted = tolerance[k / 8];
@@ -124,9 +122,7 @@ static void Create(PetscInt nx, PetscInt nz, PetscReal dx, PetscReal dz, PetscIn
 
 static void Destroy(Medium *m)
 {
-  ok(VecDestroy(&m->u));
-  ok(VecDestroy(&m->f));
-  ok(SlipElasticDestroy(&m->el));
+  ObjectsDestroy(&m->u, &m->f, &m->el);
 }
 
 /* h at these rates, NULL: 0; then f is the stress that resists slip, but for the impedance's */
@@ -180,7 +176,7 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
     begin[k + 1] = begin[k] + h;
     Go(&m, h, rate[k]);
   }
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (int i = 0; i < CELLS; i++) {
     PetscReal sum = 0;
 
@@ -194,14 +190,12 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
       }
     worst = PetscMax(worst, PetscAbsReal(-f[i] - sum));
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   AssertNear(worst / m.eta, 0, allowed);
   Destroy(&m);
 }
 
 static void test_history(void **state)
 {
-  (void)state;
   History(PETSC_TRUE, PETSC_TRUE, 1e-4);
   History(PETSC_FALSE, PETSC_TRUE, 1e-4);
   History(PETSC_TRUE, PETSC_FALSE, 1e-2);
@@ -230,9 +224,8 @@ static void Irregular(PetscInt nx, PetscReal with, PetscReal f[])
                    sin(0.2 * k + (PetscReal)(i % c));
     Go(&m, h, v);
   }
-  ok(VecGetArrayRead(m.f, &a));
+  a = VecRead(m.f);
   ok(PetscArraycpy(f, a, n));
-  ok(VecRestoreArrayRead(m.f, &a));
   ok(PetscFree(v));
   Destroy(&m);
 }
@@ -243,7 +236,6 @@ static void test_exponentials(void **state)
 {
   PetscReal f[2 * 24 * 24], exact[2 * 24 * 24];
 
-  (void)state;
   for (PetscInt nx = 1; nx <= 24; nx += 23) {
     const PetscInt n = nx * 24 * (nx > 1 ? 2 : 1);
     const PetscReal eta = 0.5 * PetscSqrtReal(G * RHO);
@@ -264,17 +256,15 @@ static void test_rest(void **state)
   const PetscReal *f;
   Medium m;
 
-  (void)state;
   for (int full = 0; full < 2; full++) {
     Create(1, CELLS, 1e7, 100, 1, full ? PETSC_TRUE : PETSC_FALSE, &m);
     for (int i = 0; i < CELLS; i++) v[i] = 0.01 * i * (CELLS - i) / CELLS;
     for (int k = 0; k < 20; k++) Go(&m, m.dz / m.cs / 2, v);
     for (int k = 0; k < 4; k++) Go(&m, k == 3 ? 1e7 : 100, NULL);
     {
-      const PetscReal *u;
+      const PetscReal *u = VecRead(m.u);
 
-      ok(VecGetArrayRead(m.u, &u));
-      ok(VecGetArrayRead(m.f, &f));
+      f = VecRead(m.f);
       worst = 0;
       for (int i = 0; i < CELLS; i++) {
         PetscReal sum = 0;
@@ -287,24 +277,20 @@ static void test_rest(void **state)
         }
         worst = PetscMax(worst, PetscAbsReal(f[i] - sum) / (G / m.dz * u[CELLS / 2]));
       }
-      ok(VecRestoreArrayRead(m.u, &u));
-      ok(VecRestoreArrayRead(m.f, &f));
       AssertNear(worst, 0, 1e-7);
     }
     for (int i = 0; i < CELLS; i++) v[i] *= 1e-6;
     Go(&m, 1e6, v);
     for (int start = 0; start < 2; start++) { /* at the end of a slow step, and where the next one starts */
       if (start) ok(SlipElasticForce(m.el, m.t, m.u, NULL, m.f, NULL));
-      ok(VecGetArrayRead(m.f, &f));
+      f = VecRead(m.f);
       for (int i = 0; i < CELLS; i++) slow[start][i] = f[i];
-      ok(VecRestoreArrayRead(m.f, &f));
     }
     Go(&m, 1e6, NULL);
-    ok(VecGetArrayRead(m.f, &f));
+    f = VecRead(m.f);
     for (int i = 0; i < 2 * CELLS; i++)
       AssertNear((slow[i / CELLS][i % CELLS] - f[i % CELLS]) / (m.eta * v[CELLS / 2]), -v[i % CELLS] / v[CELLS / 2],
                  1e-6);
-    ok(VecRestoreArrayRead(m.f, &f));
     Destroy(&m);
   }
 }
@@ -316,7 +302,6 @@ static void test_images(void **state)
   enum { X = 60, Z = 8, N = X * Z };
   PetscReal v[2 * N], f[2][2 * N], worst = 0, largest = 0;
 
-  (void)state;
   for (int i = 0; i < N; i++) {
     v[2 * i] = sin(PETSC_PI * (i % X + 0.5) / X) * sin(PETSC_PI * (i / X + 0.5) / Z);
     v[2 * i + 1] = 0.5 * sin(2 * PETSC_PI * (i % X + 0.5) / X) * sin(PETSC_PI * (i / X + 0.5) / Z);
@@ -330,9 +315,8 @@ static void test_images(void **state)
     padding = 2;
     Go(&m, 1, v);
     Go(&m, 1e9, NULL);
-    ok(VecGetArrayRead(m.f, &a));
+    a = VecRead(m.f);
     ok(PetscArraycpy(f[far], a, 2 * N));
-    ok(VecRestoreArrayRead(m.f, &a));
     Destroy(&m);
   }
   for (int i = 0; i < 2 * N; i++) {
@@ -374,7 +358,7 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
     }
     Go(&m, h, rate);
   }
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (PetscInt i = 0; i < N; i++) {
     const PetscReal x = ((PetscReal)i + 0.5) * m.dz - length / 2, front = v * m.t;
 
@@ -382,7 +366,6 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
     sum += f[i] + m.eta * A * v * front / PetscSqrtReal(front * front - x * x);
     count++;
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   ok(PetscFree(rate));
   Destroy(&m);
   return sum / (PetscReal)count / DROP - 1;
@@ -423,7 +406,7 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
     }
     Go(&m, h, rate);
   }
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (PetscInt i = 0; i < N * N; i++) {
     const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2,
                     z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
@@ -433,7 +416,6 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
     sum += f[2 * i] + m.eta * A * m.t / PetscSqrtReal(m.t * m.t - r * r / (v * v));
     count++;
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   ok(PetscFree(rate));
   Destroy(&m);
   return sum / (PetscReal)count / DROP - 1;
@@ -449,7 +431,6 @@ static void test_kostrov(void **state)
   static const PetscReal plane[][3] = {{.3, .317429, 2.5}, {.5, .507099, 2}, {.7, .674635, 2},
                                        {.8, .750178, 2},   {.9, .820515, 2}, {.95, .853818, 2}};
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(line); k++) {
     padding = line[k][2];
     AssertNear(Antiplane(200, line[k][0], line[k][1]), 0, 1e-4);
@@ -470,20 +451,18 @@ static void test_arrival(void **state)
   PetscReal early = 0, late = 0;
   Medium m;
 
-  (void)state;
   Create(N, N, 100, 100, 2, PETSC_TRUE, &m);
   ok(PetscCalloc1(2 * N * N, &rate));
   for (int i = 0; i < N * N; i++) rate[2 * i] = exp(-(PetscSqr(i % N - 20) + PetscSqr(i / N - 32)) / 8.0);
   Go(&m, m.dx / m.cs / 3, rate);
   for (int k = 0; k < 30; k++) Go(&m, m.dx / m.cs / 3, NULL);
-  ok(VecGetArrayRead(m.f, &f));
+  f = VecRead(m.f);
   for (int i = 0; i < N * N; i++) {
     const PetscReal r = m.dx * hypot(i % N - 20, i / N - 32), size = hypot(f[2 * i], f[2 * i + 1]);
 
     if (r > 1.7320508 * m.cs * m.t + 10 * m.dx) early = PetscMax(early, size);
     late = PetscMax(late, size);
   }
-  ok(VecRestoreArrayRead(m.f, &f));
   assert_true(early < 1e-4 * late);
   ok(PetscFree(rate));
   Destroy(&m);
@@ -499,11 +478,9 @@ static void test_questions(void **state)
   PetscBool same;
   Vec half, again;
 
-  (void)state;
   Create(N, N, 100, 100, 2, PETSC_TRUE, &quiet);
   Create(N, N, 100, 100, 2, PETSC_TRUE, &asked);
-  ok(VecDuplicate(asked.u, &half));
-  ok(VecDuplicate(asked.u, &again));
+  VecsDuplicate(asked.u, &half, &again);
   for (int k = 0; k < 12; k++) {
     const PetscReal h = (k % 3 + 1) * asked.dx / asked.cs / 3;
 
@@ -521,8 +498,7 @@ static void test_questions(void **state)
     assert_true(same);
   }
   fails(SlipElasticAdvance(asked.el, asked.t, asked.u), "expected steps without parts");
-  ok(VecDestroy(&half));
-  ok(VecDestroy(&again));
+  ObjectsDestroy(&half, &again);
   Destroy(&quiet);
   Destroy(&asked);
 }
