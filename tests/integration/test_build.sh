@@ -39,9 +39,9 @@ expect "PETSC_DIR is \"$work/nowhere\" and PETSC_ARCH \"arch-y\"" "there is no P
 environment=(PETSC_DIR="$work/old")
 expect "$work/old/lib/pkgconfig/PETSc.pc is version 3.17.4"
 environment=(PETSC_DIR="$work/complex" PETSC_ARCH=arch-x PKG_CONFIG_PATH="$libdir/pkgconfig")
-expect "has complex scalars of 64 bits, expected real ones"
+expect "has complex scalars of 64 bits"
 environment=(PKG_CONFIG_PATH="$work/old/lib/pkgconfig:$libdir/pkgconfig") # before the system's
-expect "is version 3.17.4, expected 3.18 or later"
+expect "is version 3.17.4"
 
 # taken, also before one on PKG_CONFIG_PATH
 environment=(PETSC_DIR="$(dirname "$libdir")" PKG_CONFIG_PATH="$work/empty/lib/pkgconfig")

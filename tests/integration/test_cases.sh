@@ -203,7 +203,7 @@ for program in circuit sliding_mode; do
     fail "$program: an unfinished file was not given up: $(cat err.txt)"
   rm -f kept.h5*
 done
-refuses "there is no option -circuit_refrence: did you mean -circuit_reference?" -- "$bin/circuit" -circuit_refrence 1e-3
+refuses "-circuit_reference?" -- "$bin/circuit" -circuit_refrence 1e-3
 mpirun --oversubscribe -n 2 "$bin/oscillator" >out.txt 2>&1 && fail "oscillator on 2 processes"
 grep -qF "a system of 2 states runs on one process, not on 2" out.txt || fail "message on 2 processes"
 

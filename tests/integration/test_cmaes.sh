@@ -6,25 +6,25 @@ tiny=("$bin/train" -train_algorithm cmaes -train_singles 4 -train_meshes 1 -trai
   -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2 -train_late_generations 1)
 refused=("${tiny[@]}" -train_output refused.h5)
 
-refuses "-train_problem pendulum does not exist" -- "${refused[@]}" -train_problem pendulum
+refuses "-train_problem pendulum" -- "${refused[@]}" -train_problem pendulum
 refuses "-train_hidden is 0" -- "${refused[@]}" -train_hidden 0
 refuses "-train_mesh_side is 20" -- "${refused[@]}" -train_mesh_side 20
 refuses "-train_sigma is 0" -- "${refused[@]}" -train_sigma 0
-refuses "expected them in order and at most 0.1" -- "${refused[@]}" -train_dial_low 1e-2 -train_dial_high 1e-3
-refuses "expected a longer -train_dt_max" -- "${refused[@]}" -train_dt_min 5 -train_dt_max 1
+refuses "-train_dial_low" -- "${refused[@]}" -train_dial_low 1e-2 -train_dial_high 1e-3
+refuses "-train_dt_max" -- "${refused[@]}" -train_dt_min 5 -train_dt_max 1
 refuses "-train_within is 2" -- "${refused[@]}" -train_within 2
 refuses "(-train_population)" -- "${refused[@]}" -train_population 1
-refuses "-train_output and -train_checkpoint are both refused.h5" -- "${refused[@]}" -train_checkpoint refused.h5
-refuses "cannot create no/such/p.h5.part" -- "${refused[@]}" -train_output no/such/p.h5
+refuses -train_output -train_checkpoint refused.h5 -- "${refused[@]}" -train_checkpoint refused.h5
+refuses no/such/p.h5.part -- "${refused[@]}" -train_output no/such/p.h5
 refuses "missing.h5" -- "${refused[@]}" -train_resume missing.h5
 refuses "nonsense" -- "${refused[@]}" -train_observations log_accuracy,nonsense
 
 "${tiny[@]}" -train_output p.h5 -train_log l.h5 -train_checkpoint c.h5 >out.txt 2>&1 || fail "a training: $(cat out.txt)"
 grep -q "generation     2 .* validation: .* left " out.txt || fail "no progress: $(cat out.txt)"
-grep -q "dial moved by" out.txt || fail "no calibration: $(cat out.txt)"
-grep -q "the result, on 4 fresh episodes: dial kept by" out.txt || fail "no word on what the result keeps: $(cat out.txt)"
-refuses "no checkpoint of -train_algorithm cmaes" -- "${refused[@]}" -train_resume p.h5
-refuses "it belongs to other networks" -- "${refused[@]}" -train_resume c.h5 -train_hidden 4
+grep -q "dial moved" out.txt || fail "no calibration: $(cat out.txt)"
+grep -q "on 4 fresh episodes" out.txt || fail "no word on what the result keeps: $(cat out.txt)"
+refuses p.h5 "-train_algorithm cmaes" -- "${refused[@]}" -train_resume p.h5
+refuses c.h5 -- "${refused[@]}" -train_resume c.h5 -train_hidden 4
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "the files of the training"
 import h5py
 import numpy as np
@@ -56,7 +56,7 @@ with h5py.File("p.h5") as p, h5py.File("products.h5") as q:
     assert not np.allclose(p["layers/0/weight"][:, 0], 0, atol=1e-3)
 EOF
 refuses "missing.h5" -- "${refused[@]}" -train_start missing.h5
-refuses "observes log_growth_time, expected no more than" -- "${refused[@]}" -train_start products.h5 -train_observations log_accuracy
+refuses log_growth_time -- "${refused[@]}" -train_start products.h5 -train_observations log_accuracy
 
 # A training that was killed leaves a policy that says so, until it is calibrated. The first validation writes it.
 "${tiny[@]}" -train_generations 1000000 -train_output killed.h5 >out.txt 2>&1 &
@@ -105,8 +105,8 @@ with h5py.File("plain.h5") as p, h5py.File("moved.h5") as moved, h5py.File("give
     assert all(np.array_equal(np.delete(moved[f"observation/{k}"], dial), np.delete(given[f"observation/{k}"], dial)) for k in ("scale", "offset"))
     assert moved.attrs["validation_cost"] == given.attrs["validation_cost"] and moved.attrs["generations"] == given.attrs["generations"]
 EOF
-refuses "expected two numbers" -- "${refused[@]}" -train_calibrate p.h5 -train_move 0.1
-refuses "-train_move has no policy" -- "${refused[@]}" -train_move 0.1,0
+refuses -train_move -- "${refused[@]}" -train_calibrate p.h5 -train_move 0.1
+refuses -train_move -- "${refused[@]}" -train_move 0.1,0
 run=("$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_strict)
 "${run[@]}" -ts_adapt_rl_policy moved.h5 >new.txt 2>&1 && "${run[@]}" -ts_adapt_rl_policy plain.h5 -ts_adapt_rl_accuracy "$(cat dial.txt)" >old.txt 2>&1 ||
   fail "runs of a calibrated policy: $(cat new.txt old.txt)"
@@ -114,8 +114,8 @@ for line in "Bathe solves" "final mean slip"; do
   [ "$(grep "^$line" new.txt)" = "$(grep "^$line" old.txt)" ] || fail "the dial is moved to $(cat dial.txt): $(grep "^$line" new.txt old.txt)"
 done
 refuses "missing.h5" -- "${refused[@]}" -train_calibrate missing.h5
-refuses "no -train_resume" -- "${refused[@]}" -train_calibrate p.h5 -train_resume c.h5
-refuses "a policy of the problem fault, expected one of circuit" -- "${refused[@]}" -train_problem circuit -train_calibrate p.h5
+refuses -train_resume -- "${refused[@]}" -train_calibrate p.h5 -train_resume c.h5
+refuses "problem fault" circuit -- "${refused[@]}" -train_problem circuit -train_calibrate p.h5
 refuses "-train_within above 0" -- "${refused[@]}" -train_calibrate p.h5 -train_within 0
 refuses "/layers/0/weight" -- "${refused[@]}" -train_calibrate p.h5 -train_hidden 4
 "$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_policy p.h5 >run.txt 2>&1 ||
@@ -142,37 +142,30 @@ with h5py.File("whole.h5") as whole, h5py.File("first.h5") as first, h5py.File("
     assert not np.array_equal(whole["mean"], first["mean"])
 EOF
 done
-# A family of faults: a training, and files that are refused
+# A family of faults: a training, TQC on the same draws, and files that are refused
 family() { printf '%s\n' "$@" >family.opts; }
+bad() { # word, line... of a family that is refused by it
+  family "${@:2}"
+  refuses "$1" -- "${refused[@]}" -train_family family.opts
+}
 cp "$SLIPSTEP_SOURCE/examples/family.opts" good.opts
 "${tiny[@]}" -train_family good.opts -train_output family.h5 >out.txt 2>&1 || fail "a training on a family: $(cat out.txt)"
 cmp -s family.h5 p.h5 && fail "a family that changes nothing"
-family "-fault_lenght_x 5e3:20e3"
-refuses "-train_family family.opts: line 1" -- "${refused[@]}" -train_family family.opts
-family "# comment" "-fault_length_x 5e3:" 
-refuses "line 2: -fault_length_x has the value 5e3" -- "${refused[@]}" -train_family family.opts
-family "-fault_length_x 20e3:5e3"
-refuses "expected a number, low:high" -- "${refused[@]}" -train_family family.opts
-family "-fault_damping_ratio -1:1"
-refuses "line 1: " -- "${refused[@]}" -train_family family.opts
-family "-fault_friction_law linear_slip_weakening|nothing"
-refuses "line 1: " -- "${refused[@]}" -train_family family.opts
-family "-spread_length_x 0.1"
-refuses "line 1: -spread_length_x: a fault has no field" -- "${refused[@]}" -train_family family.opts
-family "-fault_nx 2 -fault_nz 2"
-refuses "expected an option and its value" -- "${refused[@]}" -train_family family.opts
-family "-fault_nx 2" "-fault_nx 3"
-refuses "line 2: -fault_nx stands there twice" -- "${refused[@]}" -train_family family.opts
-family "-fault_friction_slip 50"
-refuses "of 50 faults drawn none slips" -- "${refused[@]}" -train_family family.opts
-family "-fault_length_x"
-refuses "line 1: -fault_length_x: yes is no number" -- "${refused[@]}" -train_family family.opts
-family "-fault_initial_unstable perhaps"
-refuses "line 1: -fault_initial_unstable" -- "${refused[@]}" -train_family family.opts
-family "-weakening 0.5:3"
-refuses "line 1: -weakening: " -- "${refused[@]}" -train_family family.opts
-family "-patch_radius 100"
-refuses "line 1: -patch_radius is for ruptures" -- "${refused[@]}" -train_family family.opts
+"$bin/train" -train_problem fault_dial -train_reward dial -train_random -train_family good.opts -train_steps 40 -train_learning_starts 30 \
+  -train_output tqc.h5 >out.txt 2>&1 || fail "TQC on a family: $(cat out.txt)"
+bad "-train_family family.opts: line 1" "-fault_lenght_x 5e3:20e3"
+bad "line 2: -fault_length_x" "# comment" "-fault_length_x 5e3:"
+bad "-fault_length_x" "-fault_length_x 20e3:5e3"
+bad "line 1: " "-fault_damping_ratio -1:1"
+bad "line 1: " "-fault_friction_law linear_slip_weakening|nothing"
+bad "line 1: -spread_length_x" "-spread_length_x 0.1"
+bad "-fault_nx" "-fault_nx 2 -fault_nz 2"
+bad "line 2: -fault_nx" "-fault_nx 2" "-fault_nx 3"
+bad "50 faults" "-fault_friction_slip 50"
+bad "line 1: -fault_length_x" "-fault_length_x"
+bad "line 1: -fault_initial_unstable" "-fault_initial_unstable perhaps"
+bad "line 1: -weakening: " "-weakening 0.5:3"
+bad "line 1: -patch_radius" "-patch_radius 100"
 # Ruptures from a given stress, which the file makes the problem; a file of fields
 few=(-fault_nx\ 8 -fault_nz\ 4 "-fault_length_x 8e3" "-fault_length_z 4e3" "-fault_normal_stress 50e6" "-fault_normal_stress_gradient 0"
   "-fault_friction_slip 0.2:0.3" "-fault_inertia no" "-fault_initial traction" "-stress_share 0.6:0.7" "-patch_radius 1.2e3:1.5e3" "-margin 1.5")
@@ -190,27 +183,20 @@ with h5py.File("fields.h5", "w") as f:
 EOF
 family "${few[@]}" -fault_initial_unstable "-fault_parameters fields.h5" "-spread_friction_drop 0.1"
 "${tiny[@]}" -train_family family.opts -train_output fields.h5.policy >out.txt 2>&1 || fail "ruptures with a file of fields: $(cat out.txt)"
-family "${few[@]}" -fault_initial_unstable "-fault_parameters missing.h5"
-refuses "line 14: -fault_parameters: missing.h5 cannot be read" -- "${refused[@]}" -train_family family.opts
-family "${few[@]/-fault_nx 8/-fault_nx 9}" -fault_initial_unstable "-fault_parameters fields.h5"
-refuses "-train_family family.opts: a fault of it cannot be made: " -- "${refused[@]}" -train_family family.opts
-family "${few[@]}"
-refuses "line 9: -fault_initial: expected -fault_initial_unstable" -- "${refused[@]}" -train_family family.opts
-family "${few[@]}" -fault_initial_unstable "-weakening 3"
-refuses "line 14: -weakening is for events from the instability" -- "${refused[@]}" -train_family family.opts
-family "${few[@]}" -fault_initial_unstable "-fault_friction_law rate_and_state"
-refuses "line 14: -fault_friction_law: rate_and_state" -- "${refused[@]}" -train_family family.opts
-family "${few[@]/-stress_share 0.6:0.7/-stress_share 0.01}" -fault_initial_unstable
-refuses "none ruptures" -- "${refused[@]}" -train_family family.opts
+bad "line 14: -fault_parameters: missing.h5" "${few[@]}" -fault_initial_unstable "-fault_parameters missing.h5"
+bad "-train_family family.opts: " "${few[@]/-fault_nx 8/-fault_nx 9}" -fault_initial_unstable "-fault_parameters fields.h5"
+bad "line 9: -fault_initial" "${few[@]}"
+bad "line 14: -weakening" "${few[@]}" -fault_initial_unstable "-weakening 3"
+bad "line 14: -fault_friction_law: rate_and_state" "${few[@]}" -fault_initial_unstable "-fault_friction_law rate_and_state"
+bad "-train_family family.opts" "${few[@]/-stress_share 0.6:0.7/-stress_share 0.01}" -fault_initial_unstable
 family "${few[@]}" -fault_initial_unstable
-refuses "describes ruptures from a given stress, expected" -- "${refused[@]}" -train_family family.opts -train_problem fault_dial
+refuses "rupture" -- "${refused[@]}" -train_family family.opts -train_problem fault_dial
 family "${few[@]}" "-fault_loading_rate 1e-9"
-refuses "describes sequences of events under loading, expected -train_problem sequence" -- "${refused[@]}" -train_family family.opts -train_problem rupture
-refuses "no policy of the problem sequence is trained" -- "${refused[@]}" -train_family family.opts
-family "${few[@]}" "-fault_injection 1e3,1e3"
-refuses "has a pore pressure but no -duration" -- "${refused[@]}" -train_family family.opts
-refuses "cannot be opened" -- "${refused[@]}" -train_family missing.opts
-refuses "-train_family is for faults with an accuracy dial" -- "$bin/train" -train_family good.opts -train_steps 5
+refuses "-train_problem sequence" -- "${refused[@]}" -train_family family.opts -train_problem rupture
+refuses "problem sequence" -- "${refused[@]}" -train_family family.opts
+bad "-duration" "${few[@]}" "-fault_injection 1e3,1e3"
+refuses missing.opts -- "${refused[@]}" -train_family missing.opts
+refuses "-train_family" -- "$bin/train" -train_family good.opts -train_steps 5
 "$bin/train" -train_algorithm cmaes -help >help.txt 2>&1 || fail "-help"
 for option in -train_problem -train_singles -train_minutes -train_within -train_moving_dt_max -train_output; do
   grep -qe "$option" help.txt || fail "$option is not in -help"

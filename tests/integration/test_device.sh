@@ -47,7 +47,7 @@ mpirun --oversubscribe -n 2 "$fault" $short -fault_device auto -fault_view >view
 grep -q "^ *device: none by -fault_device auto, as a device is of one process, not of 2" view.txt || fail "$(grep device: view.txt)"
 
 # refused before anything is computed, or at once
-refuses "-fault_device opencl is of one process: expected 1, not 2" -- mpirun --oversubscribe -n 2 "$fault" $short -fault_device opencl
+refuses "-fault_device opencl is of one process" -- mpirun --oversubscribe -n 2 "$fault" $short -fault_device opencl
 refusing() { # what the device is, word...
   refuses "${@:2}" -- env LD_PRELOAD="$fake" FAKEOPENCL="$1" "$fault" $short -fault_device opencl -fault_output refused.h5
 }

@@ -54,43 +54,14 @@ for name, path, shape in (("wide", "cells", (3, 10**9)), ("long", "cells", (10**
     with h5py.File(f"{name}.h5", "w") as f:
         f.create_dataset(path, shape, chunks=(1, 5))
 
-def policy(name, edit, checksum=False):
-    """A policy with five observations, and one thing wrong; without its checksum, so that this is what is found."""
+# of damaged policies tests/unit/test_policy.c has all kinds; this one has an observation that a fault does not know
+for name in ("p_good.h5", "p_names.h5"):
     shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/study/policies/fault_tqc_alpha8.h5", name)
-    with h5py.File(name, "r+") as f:
-        edit(f)
-        if not checksum:
-            del f.attrs["checksum"]
-
-def replace(path, value):
-    def edit(f):
-        new = value(f[path][:])
-        del f[path]
-        f[path] = new
-    return edit
-
-def first(value):
-    def edit(data):
-        data.flat[0] = value
-        return data
-    return edit
-
-def no_weather(names):
-    return np.array(["weather"] + [n.decode() for n in names[1:]], dtype=h5py.string_dtype())
-
-policy("p_good.h5", lambda f: None)
-policy("p_nan.h5", replace("layers/0/weight", first(np.nan)))
-policy("p_inf.h5", replace("layers/1/bias", first(np.inf)))
-policy("p_shape.h5", replace("layers/0/weight", lambda w: w[:, :-1]))
-policy("p_scale.h5", replace("observation/scale", lambda x: x[:2]))
-policy("p_names.h5", replace("observation/names", no_weather))
-policy("p_edited.h5", replace("layers/1/bias", first(0.125)), checksum=True)
-policy("p_activation.h5", lambda f: f["layers/0"].attrs.create("activation", "swish"))
-policy("p_version.h5", lambda f: f.attrs.modify("version", np.int64(2)))
-policy("p_format.h5", lambda f: f.attrs.create("format", "other"))
-policy("p_bias.h5", lambda f: f.__delitem__("layers/0/bias"))
-policy("p_action.h5", lambda f: f.__delitem__("action"))
-policy("p_layers.h5", lambda f: f.__delitem__("layers"))
+with h5py.File("p_names.h5", "r+") as f:
+    del f.attrs["checksum"]
+    names = f["observation/names"][:]
+    del f["observation/names"]
+    f["observation/names"] = np.array(["weather"] + [n.decode() for n in names[1:]], dtype=h5py.string_dtype())
 PY
 echo "no HDF5" >not.h5
 head -c 900 k.h5 >truncated.h5
@@ -98,9 +69,11 @@ head -c 5000 p_good.h5 >p_truncated.h5
 "$SLIPSTEP_PYTHON" -c 'import h5py; h5py.File("old.h5", "w")["older"] = 1'
 cp old.h5 reference
 
-# expect TEXT ARGUMENTS...: the fault refuses, and an older output file stays as it was
+# expect WORD|WORD... ARGUMENTS...: the fault refuses and names each, and an older output file stays as it was
 expect() {
-  refuses "$1" -- "$fault" "${@:2}"
+  local words
+  IFS='|' read -ra words <<<"$1"
+  refuses "${words[@]}" -- "$fault" "${@:2}"
   cmp -s old.h5 reference || { fail "$*: old.h5 was touched"; cp reference old.h5; }
 }
 
@@ -112,71 +85,71 @@ expect "-fault_length_x is 0" -fault_length_x 0
 expect "-fault_length_z is -2" -fault_length_z -2
 expect '-fault_density is "heavy"' -fault_density heavy
 expect '-fault_friction_law is "velcro"' -fault_friction_law velcro
-expect '-fault_medium is "jelly", expected one of static' -fault_medium jelly
+expect '-fault_medium is "jelly"' -fault_medium jelly
 expect '-fault_operator is "sparse"' -fault_operator sparse
 expect '-fault_initial is "later"' -fault_initial later
 expect "truncated.h5" -fault_stiffness_file truncated.h5
-expect "has shape [4, 4], expected [9, 9]" -fault_nx 3 -fault_nz 3 -fault_stiffness_file k.h5
-expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
-expect "/text in k.h5 does not hold numbers" "${mesh[@]}" -fault_stiffness_file k.h5:/text
-expect "k.h5:/asymmetric: the stiffness is not symmetric" "${mesh[@]}" -fault_stiffness_file k.h5:/asymmetric
-expect "k.h5:/indefinite: the stiffness is not positive definite" "${mesh[@]}" -fault_stiffness_file k.h5:/indefinite
-expect "cannot read none.h5: no such file" -fault_parameters none.h5
-expect "k.h5 holds /asymmetric, which nothing reads" "${mesh[@]}" -fault_parameters k.h5
-expect "-fault_friction_alpha is not 0 in 4 cells" "${mesh[@]}" -fault_friction_law rate_and_state -fault_friction_alpha 0.2 -fault_friction_b 0
-expect "is a directory" -fault_output .
+expect "[4, 4]|[9, 9]" -fault_nx 3 -fault_nz 3 -fault_stiffness_file k.h5
+expect "k.h5|/K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
+expect "/text|k.h5" "${mesh[@]}" -fault_stiffness_file k.h5:/text
+expect "k.h5:/asymmetric" "${mesh[@]}" -fault_stiffness_file k.h5:/asymmetric
+expect "k.h5:/indefinite" "${mesh[@]}" -fault_stiffness_file k.h5:/indefinite
+expect "none.h5" -fault_parameters none.h5
+expect "k.h5|/asymmetric" "${mesh[@]}" -fault_parameters k.h5
+expect "-fault_friction_alpha|4 cells" "${mesh[@]}" -fault_friction_law rate_and_state -fault_friction_alpha 0.2 -fault_friction_b 0
+expect "-fault_output" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
-expect "-ts_type rk knows friction only where the slip rate of a cell follows from its own stress" -ts_type rk
+expect "-ts_type rk" -ts_type rk
 expect "none.h5" -fault_mesh none.h5
-expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
+expect "not.h5|-fault_mesh" -fault_mesh not.h5
 echo "solid" >facets.stl
-expect "facets.stl (-fault_mesh) is not an HDF5 file, nor .msh of Gmsh: STL, GOCAD .ts, RSQSim .flt and others are converted by convert_mesh.py facets.stl facets.h5" -fault_mesh facets.stl
+expect "facets.stl (-fault_mesh)|convert_mesh.py facets.stl facets.h5" -fault_mesh facets.stl
 mkdir folder
-expect "folder (-fault_mesh) is not an HDF5 file" -fault_mesh folder
-expect "k.h5 has no dataset /cells" -fault_mesh k.h5
+expect "folder (-fault_mesh)" -fault_mesh folder
+expect "k.h5|/cells" -fault_mesh k.h5
 : >empty.txt
-expect "empty.txt (-fault_sweep) has no line of options" -fault_sweep empty.txt
-expect "/cells in narrow.h5 has shape [3, 4], expected [any, 5], with the columns x y z length width, or [any, 7], with strike dip besides (-fault_mesh)" -fault_mesh narrow.h5
-expect 'the columns of /cells are "x z y length width"' -fault_mesh columns.h5
+expect "empty.txt (-fault_sweep)" -fault_sweep empty.txt
+expect "/cells|narrow.h5|[3, 4]|[any, 5]|-fault_mesh" -fault_mesh narrow.h5
+expect '/cells|"x z y length width"' -fault_mesh columns.h5
 expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
 expect "negative.h5 (-fault_mesh): row 3 has width = -5" -fault_mesh negative.h5
 expect "nan.h5 (-fault_mesh): row 3 has z = nan" -fault_mesh nan.h5
-expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
-expect "the upper cells lie on the ground, with their lower edges 0.0523599 m deep: expected a larger -fault_dip" -fault_dip 0.01
-expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
-expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
-expect "but -fault_mesh mesh.h5 is given" -fault_mesh mesh.h5 -fault_viscosity spectral
-expect "but -fault_operator hmat is given" -fault_operator hmat -fault_viscosity spectral
-expect "but -fault_stiffness_file k.h5 is given" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_viscosity spectral
+expect "row 3" -fault_mesh above.h5
+expect "0.0523599 m|-fault_dip" -fault_dip 0.01
+expect "rows 2 and 3" -fault_mesh overlap.h5
+expect "-fault_operator fft|-fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
+expect "-fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_viscosity spectral
+expect "-fault_operator hmat" -fault_operator hmat -fault_viscosity spectral
+expect "-fault_stiffness_file k.h5" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_viscosity spectral
 for type in fft hmat; do
-  expect "of -fault_stiffness_file k.h5: expected dense or auto" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_operator $type
+  expect "-fault_stiffness_file k.h5" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_operator $type
 done
-expect "has shape [3, 2], expected 1 dimension" -fault_mesh mesh.h5 -fault_parameters stress_shape.h5
-expect "has shape [3], expected [4]" -fault_mesh mesh.h5 -fault_parameters stress_list.h5
-expect "/cells in wide.h5 has shape [3, 1000000000]" -fault_mesh wide.h5
-expect "/cells in long.h5 has shape [1000000000, 5], but the file has only 0 bytes of it" -fault_mesh long.h5
-expect "/cells in wrap.h5 has shape [2147483648, 5]" -fault_mesh wrap.h5
-expect "has shape [3, 1000000000], expected [2, 2]" "${mesh[@]}" -fault_parameters wide_stress.h5
-expect "/stiffness in wide_k.h5 has shape [1000000, 1000000]" "${mesh[@]}" -fault_stiffness_file wide_k.h5
+expect "[3, 2]" -fault_mesh mesh.h5 -fault_parameters stress_shape.h5
+expect "[3]|[4]" -fault_mesh mesh.h5 -fault_parameters stress_list.h5
+expect "/cells in wide.h5|[3, 1000000000]" -fault_mesh wide.h5
+expect "/cells|long.h5|[1000000000, 5]|0 bytes" -fault_mesh long.h5
+expect "/cells in wrap.h5|[2147483648, 5]" -fault_mesh wrap.h5
+expect "[3, 1000000000]|[2, 2]" "${mesh[@]}" -fault_parameters wide_stress.h5
+expect "/stiffness in wide_k.h5|[1000000, 1000000]" "${mesh[@]}" -fault_stiffness_file wide_k.h5
 expect "-fault_rate_tolerance is 0" -fault_rate_tolerance 0
-expect "-fault_stiffness_file k.h5 and -fault_mesh mesh.h5 exclude each other" -fault_mesh mesh.h5 -fault_stiffness_file k.h5
+expect "-fault_stiffness_file k.h5|-fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_stiffness_file k.h5
 
 # What the option, its file or its dataset must be is named.
 mesh+=(-fault_output old.h5)
-expect "none.h5: no such file, or no permission (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file none.h5
-expect "not.h5 is not an HDF5 file (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file not.h5
-expect "-fault_stiffness_file has no value" "${mesh[@]}" -fault_stiffness_file
+expect "none.h5|-fault_stiffness_file" "${mesh[@]}" -fault_stiffness_file none.h5
+expect "not.h5|-fault_stiffness_file" "${mesh[@]}" -fault_stiffness_file not.h5
+expect "-fault_stiffness_file" "${mesh[@]}" -fault_stiffness_file
 expect "/nan[0, 0] is nan" "${mesh[@]}" -fault_stiffness_file k.h5:/nan
-expect "/oblong in k.h5 has shape [4, 3]" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
-expect "/list in k.h5 has shape [4], expected 2 dimensions (-fault_stiffness_file)" "${mesh[@]}" -fault_stiffness_file k.h5:/list
-expect "/normal_stress in stress_shape.h5 has shape [3, 2]" "${mesh[@]}" -fault_parameters stress_shape.h5
+expect "/oblong in k.h5|[4, 3]" "${mesh[@]}" -fault_stiffness_file k.h5:/oblong
+expect "/list in k.h5|[4]" "${mesh[@]}" -fault_stiffness_file k.h5:/list
+expect "/normal_stress in stress_shape.h5|[3, 2]" "${mesh[@]}" -fault_parameters stress_shape.h5
 expect "/normal_stress[0, 0] is nan" "${mesh[@]}" -fault_parameters stress_nan.h5
 expect "/normal_stress[0, 0] is -1" "${mesh[@]}" -fault_parameters stress_negative.h5
-expect "/normal_stress in stress_text.h5 does not hold numbers" "${mesh[@]}" -fault_parameters stress_text.h5
-expect "cannot read none.h5: no such file, or no permission (-fault_parameters)" "${mesh[@]}" -fault_parameters none.h5
-expect "No such file or directory (-fault_output)" -fault_output no/such/directory/x.h5
-expect "-fault_output has no value" -fault_output
+expect "/normal_stress|stress_text.h5" "${mesh[@]}" -fault_parameters stress_text.h5
+expect "none.h5|-fault_parameters" "${mesh[@]}" -fault_parameters none.h5
+expect "-fault_output" -fault_output no/such/directory/x.h5
+expect "-fault_output" -fault_output
 expect '-fault_nx is "abc"' "${mesh[@]}" -fault_nx abc
 expect "-fault_length_x is nan" "${mesh[@]}" -fault_length_x nan
 expect "-fault_normal_stress is nan" "${mesh[@]}" -fault_normal_stress nan
@@ -186,51 +159,39 @@ expect "-ts_max_time is -1" "${mesh[@]}" -ts_max_time -1
 expect "-ts_max_steps is -4" "${mesh[@]}" -ts_max_steps -4
 expect "-ts_adapt_dt_min is -1" "${mesh[@]}" -ts_adapt_dt_min -1
 for option in ts_type snes_type ksp_type pc_type; do
-  expect "there is no type \"velcro\"" "${mesh[@]}" -$option velcro
-  grep -qF "(-$option)" err.txt || fail "-$option is not named"
+  expect "velcro|-$option" "${mesh[@]}" -$option velcro
 done
 for option in ts_rtol ts_adapt_safety ts_bathe_gamma snes_rtol ksp_max_it; do
-  expect "\"abc\" is not a number (-$option)" "${mesh[@]}" -$option abc
+  expect "abc|-$option" "${mesh[@]}" -$option abc
 done
 for clip in abc 0.2 1,2 0.2,0.5 0.2,3,4 0.2,3x nan,2; do
-  expect "-ts_adapt_clip is \"$clip\", expected two numbers, low,high, with 0 <= low < 1" "${mesh[@]}" -ts_adapt_clip $clip
+  expect "-ts_adapt_clip|$clip" "${mesh[@]}" -ts_adapt_clip $clip
 done
-expect "-ts_adapt_dsp_pid is \"1,2,3,4\", expected one to three" "${mesh[@]}" -ts_adapt_type dsp -ts_adapt_dsp_pid 1,2,3,4
-expect "and -ts_max_reject is 0" "${mesh[@]}" -ts_adapt_type heuristic -ts_dt 5 -ts_max_reject 0
-expect "-fault_density is 1e+308, expected a number of size <= 1e60" "${mesh[@]}" -fault_density 1e308
+expect "-ts_adapt_dsp_pid|1,2,3,4" "${mesh[@]}" -ts_adapt_type dsp -ts_adapt_dsp_pid 1,2,3,4
+expect "-ts_max_reject is 0" "${mesh[@]}" -ts_adapt_type heuristic -ts_dt 5 -ts_max_reject 0
+expect "-fault_density is 1e+308" "${mesh[@]}" -fault_density 1e308
 sticks=("${mesh[@]}" -fault_inertia no -fault_viscosity radiation -ts_type rkc)
-expect "-ts_rkc_rate is 1e+308, expected" "${sticks[@]}" -ts_rkc_rate 1e308
-expect "-ts_rkc_rate 1e+50 1/s allows steps of" "${sticks[@]}" -ts_rkc_rate 1e50
+expect "-ts_rkc_rate is 1e+308" "${sticks[@]}" -ts_rkc_rate 1e308
+expect "-ts_rkc_rate 1e+50" "${sticks[@]}" -ts_rkc_rate 1e50
 for gamma in 0 1.5; do expect "-ts_bathe_gamma is $gamma" "${mesh[@]}" -ts_bathe_gamma $gamma; done
 expect "-ts_bathe_order is 0" "${mesh[@]}" -ts_bathe_order 0
 for option in ts_max_steps ts_max_snes_failures snes_max_it ksp_max_it; do
-  expect "\"2.5\" is not a whole number (-$option)" "${mesh[@]}" -$option 2.5
+  expect "2.5|-$option" "${mesh[@]}" -$option 2.5
 done
 expect "-ts_bathe_max_failures is 0" "${mesh[@]}" -ts_bathe_max_failures 0
-expect "-ts_bathe_reaction. Available options: trapezoidal implicit" "${mesh[@]}" -ts_bathe_reaction velcro
-expect "-ts_bathe_error. Available options: embedded doubling none" "${mesh[@]}" -ts_bathe_error velcro
-expect "-snes_type newtonls cannot solve a set-valued reaction: use semismooth" "${mesh[@]}" -snes_type newtonls
+expect "-ts_bathe_reaction|trapezoidal implicit" "${mesh[@]}" -ts_bathe_reaction velcro
+expect "-ts_bathe_error|embedded doubling none" "${mesh[@]}" -ts_bathe_error velcro
+expect "-snes_type newtonls|semismooth" "${mesh[@]}" -snes_type newtonls
 
 # Policies.
 rl=("${mesh[@]}" -ts_adapt_type rl)
-expect "cannot read none.h5: no such file, or no permission (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_rl_policy none.h5
-expect "not.h5 is not an HDF5 file (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_rl_policy not.h5
-expect "p_truncated.h5 is an HDF5 file, but truncated or damaged" "${rl[@]}" -ts_adapt_rl_policy p_truncated.h5
-expect "Policy p_nan.h5: /layers/0/weight has the value nan" "${rl[@]}" -ts_adapt_rl_policy p_nan.h5
-expect "Policy p_inf.h5: /layers/1/bias has the value inf" "${rl[@]}" -ts_adapt_rl_policy p_inf.h5
-expect "/layers/0/weight in p_shape.h5 has shape [64, 4]" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
-expect "/observation/scale in p_scale.h5 has shape [2]" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
-expect 'p_edited.h5: the checksum of its content is' "${rl[@]}" -ts_adapt_rl_policy p_edited.h5
+expect "none.h5|-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy none.h5
+expect "not.h5|-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy not.h5
+expect "p_truncated.h5" "${rl[@]}" -ts_adapt_rl_policy p_truncated.h5
 expect 'entry 0 of /observation/names is "weather"' "${rl[@]}" -ts_adapt_rl_policy p_names.h5
-expect 'attribute activation of /layers/0 is "swish"' "${rl[@]}" -ts_adapt_rl_policy p_activation.h5
-expect "attribute version of / is 2; this library reads version 1" "${rl[@]}" -ts_adapt_rl_policy p_version.h5
-expect 'attribute format of / is "other"; expected "slipstep-policy"' "${rl[@]}" -ts_adapt_rl_policy p_format.h5
-expect "p_bias.h5 has no dataset /layers/0/bias" "${rl[@]}" -ts_adapt_rl_policy p_bias.h5
-expect "p_action.h5 has no group or dataset /action" "${rl[@]}" -ts_adapt_rl_policy p_action.h5
-expect "p_layers.h5 has no group /layers/0" "${rl[@]}" -ts_adapt_rl_policy p_layers.h5
-expect "-ts_adapt_rl_policy has no value" "${rl[@]}" -ts_adapt_rl_policy
+expect "-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy
 other=$SLIPSTEP_SOURCE/training/study/policies/sliding_mode_tqc.h5
-expect "the problem sliding_mode, not for fault (-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy "$other"
+expect "sliding_mode|fault|-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy "$other"
 "$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1 -ts_adapt_type rl -ts_adapt_rl_policy "$other" -ts_adapt_rl_problem \
   sliding_mode >out.txt 2>err.txt || fail "a policy of another problem that was asked for: $(cat err.txt)"
 
@@ -247,21 +208,21 @@ rm -f old.h5.part # what that run had computed would be kept
 mkfifo pipe
 ln -s ../"$(basename "$work")"/stress_list.h5 link.h5
 ln -s round.h5 round.h5
-expect "cannot write /dev/null: it is a device, pipe or socket" -fault_output /dev/null
-expect "cannot write pipe: it is a device, pipe or socket" -fault_output pipe
-expect "cannot write not.h5: it is there and is not an HDF5 file; expected another name (-fault_output)" -fault_output not.h5
-expect "Too many levels of symbolic links" -fault_output round.h5
+expect "/dev/null" -fault_output /dev/null
+expect "pipe" -fault_output pipe
+expect "not.h5|-fault_output" -fault_output not.h5
+expect "round.h5" -fault_output round.h5
 "$SLIPSTEP_PYTHON" -c 'import h5py, numpy; h5py.File("stress.h5", "w")["normal_stress"] = numpy.full((2, 2), 1e7)'
 ln -s stress.h5 input.h5
-expect "-fault_parameters stress.h5 and -fault_output input.h5 are of one file" -fault_nx 2 -fault_nz 2 -fault_parameters stress.h5 -fault_output input.h5
-expect "-ts_adapt_rl_policy p_good.h5 and -fault_output ./p_good.h5 are of one file" "${rl[@]}" -ts_adapt_rl_policy p_good.h5 -fault_output ./p_good.h5
+expect "-fault_parameters stress.h5|-fault_output input.h5" -fault_nx 2 -fault_nz 2 -fault_parameters stress.h5 -fault_output input.h5
+expect "-ts_adapt_rl_policy p_good.h5|-fault_output ./p_good.h5" "${rl[@]}" -ts_adapt_rl_policy p_good.h5 -fault_output ./p_good.h5
 code=0
 "$fault" -fault_friction_law rate_and_state -fault_loading_rate 1e-9 -ts_max_time 1 -fault_check_error >/dev/null 2>err.txt || code=$?
-[ $code = 1 ] && grep -q "error: -fault_check_error .* -ts_type adams .* expected -ts_type bathe" err.txt ||
+[ $code = 1 ] && grep -q "error: -fault_check_error .* -ts_type adams .* -ts_type bathe" err.txt ||
   fail "-fault_check_error of explicit steps: exit code $code, $(cat err.txt)"
 ln -s k.h5 new.h5.part
 if "$fault" -fault_nx 2 -fault_nz 2 -fault_output new.h5 >out.txt 2>err.txt; then fail "FILE.part was a link"; fi
-grep -qF "new.h5.part is a link" err.txt || fail "FILE.part is a link: $(cat err.txt)"
+grep -qF "new.h5.part" err.txt || fail "FILE.part is a link: $(cat err.txt)"
 rm new.h5.part
 mkdir far && ln -s far/out.h5 near.h5
 "$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1 -fault_output near.h5 >out.txt 2>err.txt || fail "a link to a new file: $(cat err.txt)"
@@ -271,7 +232,7 @@ mkdir far && ln -s far/out.h5 near.h5
 for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/such/directory/x.h5" \
   "${mesh[*]} -fault_stiffness_file k.h5:/asymmetric" "${mesh[*]} -fault_parameters stress_nan.h5" "${mesh[*]} -ts_dt 0" \
   "${mesh[*]} -ts_bathe_reaction velcro" "${rl[*]} -ts_adapt_rl_policy p_truncated.h5" \
-  "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
+  "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
   "${rl[*]} -ts_adapt_rl_policy $other" "-fault_sweep empty.txt" "-fault_mesh none.h5" "-fault_mesh overlap.h5" "-fault_mesh mesh.h5 -fault_parameters stress_list.h5" \
   "-fault_mesh mesh.h5 -fault_viscosity spectral" "-fault_mesh mesh.h5 -fault_operator fft"; do
   read -r -a args <<<"$option"
@@ -289,7 +250,7 @@ until [ -e old.h5.part ] || ! kill -0 $first 2>/dev/null; do sleep 0.05; done
 sleep 0.1 # it takes hold of the file as it makes it
 kill -STOP $first
 if timeout $hang "$fault" -fault_nx 2 -fault_nz 2 -fault_output old.h5 >out.txt 2>err.txt; then fail "two runs with one output"; fi
-grep -qF "fault: error: cannot write old.h5: another program is writing old.h5.part (-fault_output)" err.txt ||
+grep -q "fault: error: .*old.h5.part.*-fault_output" err.txt ||
   fail "two runs with one output: $(cat err.txt)"
 kill -CONT $first
 wait $first || fail "the first of two runs with one output: $(cat first.txt)"
@@ -313,25 +274,25 @@ for storage in "-fault_operator auto" "-fault_operator fft" "-fault_operator hma
     paste <(grep "final mean slip" one.txt) <(grep "final mean slip" out.txt) |
       awk '{d = $4 - $9; exit !($4 > 0 && (d < 0 ? -d : d) <= 2e-6 * $4)}' ||
       fail "$storage on 4 ranks for 2 cells: another slip"
-  elif [ $code = 124 ] || [ "$(grep -c "fault: error: 4 processes for 2 cells" err.txt)" != 1 ]; then
+  elif [ $code = 124 ] || [ "$(grep -c "fault: error: 4 .* 2 " err.txt)" != 1 ]; then
     fail "$storage on 4 ranks for 2 cells: exit code $code, $(cat err.txt)"
   fi
 done
 
 # Options that a mesh makes idle are named.
 "$fault" -fault_mesh mesh.h5 -fault_nx 3 -ts_max_time 0.1 >out.txt 2>err.txt || failed=1
-grep -q "fault: warning: -fault_nx does nothing: the cells of -fault_mesh mesh.h5 count" err.txt ||
+grep -q "fault: warning: -fault_nx .*-fault_mesh mesh.h5" err.txt ||
   fail "-fault_nx beside -fault_mesh"
 
 # No state of rate and state follows from a traction of 0.
-refuses "-fault_initial_traction" "the traction is 0 in 4 of 4 cells" -- "$fault" -fault_nx 2 -fault_nz 2 -fault_friction_law rate_and_state -fault_loading_rate 1e-9 \
+refuses "-fault_initial_traction" "4 of 4 cells" -- "$fault" -fault_nx 2 -fault_nz 2 -fault_friction_law rate_and_state -fault_loading_rate 1e-9 \
   -fault_initial traction -ts_max_time 1y
 
 # A strength that falls with rate faster than viscosity grows leaves no slip rate without inertia.
-refuses "-fault_inertia no" "rate_weakening" "no slip rate is in balance" -- "$fault" -fault_inertia no -fault_viscosity radiation \
+refuses "-fault_inertia no" "rate_weakening" -- "$fault" -fault_inertia no -fault_viscosity radiation \
   -fault_friction_law rate_weakening -fault_friction_rate 1e-3
 
 # More ranks than cells.
-refuses "fault: error: 5 processes for 4 cells" -- mpirun --oversubscribe -n 5 "$fault" -fault_mesh mesh.h5
+refuses "5 processes" "4 cells" -- mpirun --oversubscribe -n 5 "$fault" -fault_mesh mesh.h5
 
 exit $failed

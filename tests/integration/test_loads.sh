@@ -58,29 +58,29 @@ record() { # word... FILE: refused with each word and the option
   local file=${*: -1}
   refuses "-fault_pore_pressure" "${@:1:$#-1}" -- "${run[@]}" -fault_pore_pressure "$file"
 }
-record "missing.h5" "no such file" missing.h5
-record "not.h5 is not an HDF5 file" not.h5
+record missing.h5 missing.h5
+record not.h5 not.h5
 record "no_time.h5" "/time" no_time.h5
 record "no_pressure.h5" "/pressure" no_pressure.h5
-record "shape [4, 6, 5], expected [4, 5, 6]" shape.h5
-record "shape [3, 5, 6], expected [4, 5, 6]" short.h5
-record "shape [4, 29], expected [4, 30]" cells.h5
+record "[4, 6, 5]" "[4, 5, 6]" shape.h5
+record "[3, 5, 6]" "[4, 5, 6]" short.h5
+record "[4, 29]" "[4, 30]" cells.h5
 record "[5, 6]" one.h5
-record "/time[2] is 50000 s" "later than the one before" falls.h5
+record "/time[2] is 50000 s" falls.h5
 record "/time[1] is nan s" nan_time.h5
-record "/pressure has nan in row 1, cell 15" nan.h5
-record "/time is empty" empty.h5
-record '"MPa", expected "Pa"' mpa.h5
-record "holds /presure, which nothing reads" more.h5
+record /pressure "row 1, cell 15" nan.h5
+record /time empty.h5
+record '"MPa"' '"Pa"' mpa.h5
+record /presure more.h5
 for point in "" 3 1,2,3 a,2 1,nan 1,inf "1 2"; do
   refuses "-fault_injection" -- "${run[@]}" -fault_injection "$point" -fault_injection_pressure 1e6 -fault_injection_diffusivity 1
 done
 point=(-fault_injection 1500,1500)
-refuses "-fault_injection 1500,1500 needs -fault_injection_pressure" -- "${run[@]}" "${point[@]}" -fault_injection_diffusivity 1
-refuses "-fault_injection 1500,1500 needs" "-fault_injection_diffusivity" -- "${run[@]}" "${point[@]}" -fault_injection_pressure 1e6
+refuses "-fault_injection 1500,1500" "-fault_injection_pressure" -- "${run[@]}" "${point[@]}" -fault_injection_diffusivity 1
+refuses "-fault_injection 1500,1500" "-fault_injection_diffusivity" -- "${run[@]}" "${point[@]}" -fault_injection_pressure 1e6
 refuses "-fault_injection_stop is -1" -- "${run[@]}" "${point[@]}" -fault_injection_stop -1
-refuses "need the point of -fault_injection x,z" -- "${run[@]}" -fault_injection_pressure 1e6
-refuses "-fault_initial traction exceeds the strength in 30 of 30 cells" "x 250 to 2750 m and z 300 to 2700 m" "by up to 1e+06 Pa" \
+refuses "-fault_injection " -- "${run[@]}" -fault_injection_pressure 1e6
+refuses "-fault_initial traction" "30 of 30 cells" "250 to 2750 m" "300 to 2700 m" "1e+06 Pa" \
   "-fault_initial_unstable" -- "${run[@]}" -fault_initial_traction 6e6
 # A patch of 5 cells, one of which it meets at a corner, and two cells elsewhere: on the grid, as rectangles of which one is in four parts, and as
 # triangles, two for each cell.
@@ -110,22 +110,22 @@ for name, (mesh, where) in meshes.items():
 P
 unstable() { # ranks, name, what is said, option...
   ranks "$1" err "${run[@]}" -fault_parameters "start_$2.h5" -fault_initial_unstable -ts_max_steps 1 "${@:4}" >log
-  [ $? = 3 ] && [ "$(grep -c "^start: .*the stress exceeds the strength in $3 are outside of the largest patch" log)" = 1 ] || fail "an unstable start, $2: $(cat log err)"
+  [ $? = 3 ] && [ "$(grep -c "^start: .* $3 " log)" = 1 ] || fail "an unstable start, $2: $(cat log err)"
 }
-unstable 2 grid "7 of 30 cells, at x 250 to 2750 m and z 300 to 2700 m, by up to 500000 Pa; 2 of them (6.67 % of all cells)"
-grep -q "warning: 2 cells (6.67 % of all) outside of the patch .*-fault_initial_unstable" err || fail "no warning of cells outside of the patch: $(cat err)"
-unstable 1 list "10 of 33 cells, .*; 2 of them (6.06 % of all cells)" -fault_mesh mesh_list.h5
-unstable 2 triangles "14 of 60 cells, .*; 4 of them (6.67 % of all cells)" -fault_mesh mesh_triangles.h5
+unstable 2 grid "7 of 30 cells, .* 250 to 2750 m .* 300 to 2700 m, .* 500000 Pa; 2 .*(6.67 %"
+grep -q "warning: 2 cells (6.67 % .*-fault_initial_unstable" err || fail "no warning of cells outside of the patch: $(cat err)"
+unstable 1 list "10 of 33 cells, .*; 2 .*(6.06 %" -fault_mesh mesh_list.h5
+unstable 2 triangles "14 of 60 cells, .*; 4 .*(6.67 %" -fault_mesh mesh_triangles.h5
 "${run[@]}" -fault_initial_traction 6e6 -fault_initial_unstable >log 2>&1 || fail "an unstable start: $(cat log)"
 grep -q "^normal stress: *1e+07 Pa, effective" log || fail "normal stress of an even fault: $(cat log)"
 ranks 2 err "${run[@]}" -fault_normal_stress_gradient 1e3 -ts_max_steps 1 >log2
 grep -q "^normal stress: *1.03e+07 to 1.27e+07 Pa, effective" log2 || fail "normal stress that grows with depth: $(cat log2)"
-grep -q "in 30 of 30 cells.* 0 of them (0 % of all cells)" log && ! grep -q "outside of the patch" log || fail "a start of one patch: $(cat log)"
+grep -q "30 of 30 cells.* 0 of them (0 %" log && ! grep -q "warning: .*-fault_initial_unstable" log || fail "a start of one patch: $(cat log)"
 
 # ---- opening: said once, of the first time that the run has reached with such cells ----
 "${run[@]}" -fault_pore_pressure open.h5 -fault_output open_run.h5 >log 2>&1 || fail "opening: $(cat log)"
-[ "$(grep -c "the pore pressure exceeds the normal stress in .* cells: they open" log)" = 1 ] || fail "opening: $(cat log)"
-"$SLIPSTEP_PYTHON" - "$(sed -n 's/.* warning: at \([^ ]*\) s the pore pressure exceeds.* in \([0-9]*\) cells.*/\1 \2/p' log)" <<'P' || fail "opening"
+[ "$(grep -c "warning: at .* cells" log)" = 1 ] || fail "opening: $(cat log)"
+"$SLIPSTEP_PYTHON" - "$(sed -n 's/.* warning: at \([^ ]*\) s .* \([0-9]*\) cells.*/\1 \2/p' log)" <<'P' || fail "opening"
 import sys
 import h5py
 import numpy as np
@@ -165,9 +165,9 @@ P
   rm -f part.h5 whole.h5
 done
 again=("${run[@]}" -fault_restart record.state)
-refuses "pore_pressure is no record, was of 4 times" -- "${again[@]}"
-refuses "pore_pressure is of 4 times" -- "${again[@]}" -fault_pore_pressure other.h5
-refuses "pore_pressure is of 4 times" -- "${again[@]}" -fault_pore_pressure later.h5
+refuses "pore_pressure" "4 times" -- "${again[@]}"
+refuses "pore_pressure" "4 times" -- "${again[@]}" -fault_pore_pressure other.h5
+refuses "pore_pressure" "4 times" -- "${again[@]}" -fault_pore_pressure later.h5
 refuses "inertia is yes, was no" -- "${again[@]}" -fault_pore_pressure good.h5 -fault_inertia yes
 again=("${run[@]}" -fault_restart source.state -fault_injection_pressure 1e6 -fault_injection_diffusivity 2 -fault_injection_stop 1e5)
 refuses "injection is 1500,1400, was 1500,1500" -- "${again[@]}" -fault_injection 1500,1400

@@ -10,7 +10,6 @@ tiny=("$bin/train" -train_algorithm cmaes -train_problem ode -train_hidden 2 -tr
   -train_population 5 -train_generations 3 -train_validation_interval 2)
 refuses "-train_hidden is 0" -- "${tiny[@]}" -train_hidden 0
 refuses "-train_batch is 0" -- "${tiny[@]}" -train_batch 0
-refuses "cannot create no/such/p.h5.part" -- "${tiny[@]}" -train_output no/such/p.h5
 "${tiny[@]}" -train_output a.h5 >out.txt 2>&1 || fail "a training: $(cat out.txt)"
 grep -q "19 weights, population 5" out.txt && grep -q "generation     3 .* of basic's" out.txt || fail "no progress: $(cat out.txt)"
 mpirun --oversubscribe -n 2 "${tiny[@]}" -train_output b.h5 >out.txt 2>&1 || fail "a training on two ranks: $(cat out.txt)"
@@ -57,7 +56,7 @@ for type in "rk -ts_rk_type 3bs" "rk -ts_rk_type 5dp" arkimex "bdf" bathe; do
     ./ode -dll_prepend "$build/lib/libslipstep.so" -ts_type $type -ts_adapt_type $adapt -ts_rtol 1e-5 -ts_atol 1e-5 -ts_view \
       > "$adapt $type" 2>&1 || fail "$type with $adapt: $(tail -5 "$adapt $type")"
   done
-  grep -q "it is the default policy of the problem ode" "rl $type" || fail "$type: rl does not take the general policy"
+  grep -q "policy of the problem ode" "rl $type" || fail "$type: rl does not take the general policy"
 done
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "runs of the general policy"
 import glob

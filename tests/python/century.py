@@ -138,12 +138,10 @@ def columns():
         area = (length * width)[broken].sum()
         moment = MODULUS * (slip * length * width).sum()
         rows.append((event[0] * YEAR, event[0] * YEAR + duration(event), event[1], event[2], area, slip[broken].mean(),
-                     slip.max(), moment,
-                     (np.log10(moment) - 9.1) / 1.5, STIFFNESS * slip[broken].mean(), 1.5 * slip.max() / RISE,
-                     np.argmin(np.hypot(x - event[1], z - event[2]))))
+                     slip.max(), moment, (np.log10(moment) - 9.1) / 1.5, STIFFNESS * slip[broken].mean(),
+                     1.5 * slip.max() / RISE, np.argmin(np.hypot(x - event[1], z - event[2]))))
     names = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop",
-             "peak_slip_rate",
-             "cell")
+             "peak_slip_rate", "cell")
     units = ("s", "s", "m", "m", "m^2", "m", "m", "N m", "1", "Pa", "m/s", "1")
     return {name: (np.array(column), unit) for name, unit, column in zip(names, units, zip(*rows))}
 

@@ -16,10 +16,12 @@ SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.
 BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 FAULT = os.path.join(BUILD, "bin", "fault")
 PROGRAM = os.path.join(SOURCE, "src", "package", "program.py")  # slipstep NAME
+TWO_PLANES = "parallel --cells 5 4 --ratio 2 --offset 1000 --shift 500"  # for make_mesh()
 sys.path.insert(0, os.path.join(SOURCE, "src", "package"))
 from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
+import h5py
 
 
 class ScriptTest(unittest.TestCase):
@@ -29,6 +31,40 @@ class ScriptTest(unittest.TestCase):
 
     def path(self, name):
         return os.path.join(self.folder.name, name)
+
+    def put(self, name, content):
+        """A file of this text or these bytes; its path."""
+        with open(self.path(name), "wb") as file:
+            file.write(content if isinstance(content, bytes) else content.encode())
+        return self.path(name)
+
+    def content(self, name, encoding="utf-8"):
+        """The text of a file; its bytes, of no encoding."""
+        with open(self.path(name), "r" if encoding else "rb", encoding=encoding) as file:
+            return file.read()
+
+    def hdf5(self, name, units=None, **datasets):
+        """A file of these datasets, some of which have units."""
+        with h5py.File(self.path(name), "w") as file:
+            for key, values in datasets.items():
+                file[key] = values
+            for key, unit in (units or {}).items():
+                file[key].attrs["units"] = unit
+
+    def get(self, name, *paths):
+        """A dataset of an HDF5 file, or an attribute as "group@attribute"; a list of several."""
+        with h5py.File(self.path(name)) as file:
+            found = [file[path].attrs[key] if key else file[path][()] for path, _,
+                     key in (p.partition("@") for p in paths)]
+        return found if len(found) > 1 else found[0]
+
+    def run_example(self, script, *arguments):
+        """What a script of examples/ prints that succeeds."""
+        command = [sys.executable, os.path.join(SOURCE, "examples", script), *map(str, arguments)]
+        return subprocess.run(command, cwd=self.folder.name, check=True, capture_output=True, text=True).stdout
+
+    def make_mesh(self, name, words):
+        self.run_example("make_mesh.py", name, *words.split())
 
     def script(self, name, *arguments, **more):
         """slipstep NAME"""

@@ -10,8 +10,7 @@ STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
 
 class Slider:
     def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15,
-                 cut_off=np.inf,
-                 ramp=0, alpha=0):
+                 cut_off=np.inf, ramp=0, alpha=0):
         self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
             Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
         self.law, self.tolerance = law, Real(tolerance)
@@ -34,8 +33,7 @@ class Slider:
         by_log_rate = y[3] * self.a * share + self.eta * V
         by_stress = self.a * np.log(x + np.sqrt(1 + x * x)) * self.ramp
         return np.array([(-self.K * (V - self.loading) - by_stress - y[3] * self.b * share * state * age
-                          / (age + self.floor)) / by_log_rate,
-                         state, V - self.loading, self.ramp], dtype=Real)
+                          / (age + self.floor)) / by_log_rate, state, V - self.loading, self.ramp], dtype=Real)
 
     def friction(self, log_rate, psi):
         x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * np.log(np.exp(psi) + self.floor))

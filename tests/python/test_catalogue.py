@@ -5,7 +5,6 @@ import csv
 import os
 import re
 import subprocess
-import sys
 import time
 import unittest
 
@@ -24,9 +23,8 @@ LOADED = ("-fault_nx", "1", "-fault_nz", "1", "-fault_loading_rate", "1e-9", "-f
           "-fault_friction_law", "rate_weakening")
 # no inertia, a patch that slips at once
 RUPTURE = ("-fault_nx", 42, "-fault_nz", 21, "-fault_length_x", 20000, "-fault_length_z", 10000, "-fault_inertia", "no",
-           "-fault_viscosity", "radiation", "-fault_normal_stress", 50e6,
-           "-fault_normal_stress_gradient", 0, "-fault_friction_residual", 0.5, "-fault_initial", "traction",
-           "-fault_initial_unstable", "-ts_max_time", 40)
+           "-fault_viscosity", "radiation", "-fault_normal_stress", 50e6, "-fault_normal_stress_gradient", 0,
+           "-fault_friction_residual", 0.5, "-fault_initial", "traction", "-fault_initial_unstable", "-ts_max_time", 40)
 FIXED = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop",
          "peak_slip_rate")
 
@@ -103,16 +101,13 @@ class CatalogueTest(FaultTest):
         largest passes the event rate and is over where it is below a tenth of it; what passes it in between is the same
         event, which ends where it did so last."""
         run = ("-fault_nx", "8", "-fault_nz", "4", "-fault_length_x", "16e3", "-fault_length_z", "8e3",
-               "-fault_friction_law", "rate_and_state",
-               "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_loading_rate", "1e-9",
-               "-fault_initial_rate", "1e-10",
-               "-fault_friction_slip", "0.02", "-fault_friction_a", "0.008", "-fault_friction_b", "0.012", "-ts_type",
-               "rk", "-ts_rk_type", "3bs",
+               "-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient",
+               "0", "-fault_loading_rate", "1e-9", "-fault_initial_rate", "1e-10", "-fault_friction_slip", "0.02",
+               "-fault_friction_a", "0.008", "-fault_friction_b", "0.012", "-ts_type", "rk", "-ts_rk_type", "3bs",
                "-ts_adapt_type", "basic", "-ts_max_time", "2e9", "-fault_event_rate", "3e-4", "-fault_output_interval",
                "1000000")
         self.fault(*run, "-fault_catalogue", "events.h5", "-fault_output", "run.h5", "-fault_catalogue_maps")
-        with h5py.File(self.path("run.h5")) as file:
-            t, v = file["series/time"][...], file["series/max_slip_rate"][...]
+        t, v = self.get("run.h5", "series/time", "series/max_slip_rate")
         expected, simple = [], 0
         for k in range(1, len(t)):
             simple += v[k - 1] <= 3e-4 < v[k]
@@ -144,8 +139,7 @@ class CatalogueTest(FaultTest):
 
     def test_ranks_and_meshes(self):
         """A mesh of the grid's cells is the grid; the order in which processes number its cells does not show."""
-        make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), self.path("mesh.h5")]
-        subprocess.run([*make, "uniform", "--cells", "6", "5"], check=True, stdout=subprocess.DEVNULL)
+        self.make_mesh("mesh.h5", "uniform --cells 6 5")
         steps = ("-ts_adapt_type", "none", "-ts_dt", "0.1", "-ts_bathe_stage_error", "0", "-fault_catalogue_maps",
                  "-fault_catalogue")
         self.fault(*GRID, *steps, "grid.h5")
@@ -157,8 +151,7 @@ class CatalogueTest(FaultTest):
                 np.testing.assert_allclose(mesh.map(name), grid.map(name).reshape(1, 30), rtol=1e-6, atol=1e-9)
         self.fault(*GRID, *steps, "grid2.h5", ranks=2)
         self.same("grid.h5", "grid2.h5", 1e-8)
-        subprocess.run([*make, "parallel", "--cells", "5", "4", "--ratio", "3", "--offset", "800"], check=True,
-                       stdout=subprocess.DEVNULL)
+        self.make_mesh("mesh.h5", "parallel --cells 5 4 --ratio 3 --offset 800")
         two = ("-fault_mesh", "mesh.h5", "-fault_stiffness_scaling", "mean_slip", *steps)
         self.fault(*two, "two.h5")
         self.fault(*two, "both.h5", ranks=2)
@@ -180,9 +173,7 @@ class CatalogueTest(FaultTest):
         self.fault("-fault_nx", 1, "-fault_nz", 1, "-fault_initial", "traction", "-fault_initial_traction", load,
                    "-fault_initial_unstable", "-fault_stressing_rate", 1e4,
                    "-fault_output", "run.h5", "-ts_max_time", 5)
-        with h5py.File(self.path("run.h5")) as file:
-            time, u, energy = file["series/time"][()], file["series/mean_displacement"][()], file[
-                "series/elastic_energy"][()]
+        time, u, energy = self.get("run.h5", "series/time", "series/mean_displacement", "series/elastic_energy")
         # six digits of the stiffness
         np.testing.assert_allclose(energy, stiffness * u**2 / 2 - (load + 1e4 * time) * u, rtol=2e-6,
                                    atol=2e-6 * abs(energy).max())
@@ -192,8 +183,7 @@ class CatalogueTest(FaultTest):
         """Cells that differ by nine in area break otherwise than those of a grid (here by 10 % in slip), but the stress
         that a metre of slip releases, and the energy that a moment does, are the fault's: measured 0.4 and 1.6 % apart,
         and 41 % with the stress of rows that keep their weights."""
-        make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), self.path("mesh.h5")]
-        subprocess.run([*make, "graded", "--cells", "16", "14", "--ratio", "3"], check=True, stdout=subprocess.DEVNULL)
+        self.make_mesh("mesh.h5", "graded --cells 16 14 --ratio 3")
         self.fault("-fault_nx", "16", "-fault_nz", "14", "-fault_catalogue", "grid.h5")
         self.fault("-fault_mesh", "mesh.h5", "-fault_catalogue", "mesh_events.h5")
         grid, mesh = (Catalogue(self.path(name)).event for name in ("grid.h5", "mesh_events.h5"))
@@ -223,10 +213,9 @@ class CatalogueTest(FaultTest):
         as much, the balance of energies by 3 to 46 times."""
         x, z = np.meshgrid(np.arange(42) + 0.5, np.arange(21) + 0.5)
         chance = np.random.default_rng(3)
-        with h5py.File(self.path("rupture_fields.h5"), "w") as file:
-            file["friction_drop"] = 0.1 + 0.01 * chance.random((21, 42))
-            file["friction_slip"] = 0.2 + 0.02 * chance.random((21, 42))
-            file["initial_traction"] = 50e6 * np.where(np.hypot(x - 10.5, z - 12.5) < 6, 0.625, 0.56)
+        self.hdf5("rupture_fields.h5", friction_drop=0.1 + 0.01 * chance.random((21, 42)),
+                  friction_slip=0.2 + 0.02 * chance.random((21, 42)),
+                  initial_traction=50e6 * np.where(np.hypot(x - 10.5, z - 12.5) < 6, 0.625, 0.56))
         exact, times, _ = self.rupture("adams", 1e-6)
         self.assertTrue((times >= 0).mean() > 0.9 and abs(exact["energy_residual"]) < 1e-5)
         for kind, rtol, *bounds in (("rkc", 3e-2, 1e-4, 2.8e-3, 6.8e-3), ("rkc", 3e-3, 2.7e-5, 1.5e-4, 1.5e-3),
@@ -306,12 +295,10 @@ class CatalogueTest(FaultTest):
         self.assertLess(Catalogue(self.path("fewer.h5")).count, at_checkpoint)
         self.assertGreaterEqual(Catalogue(self.path("others.h5")).count, at_checkpoint)
         for name in ("fewer.h5", "others.h5"):
-            with open(self.path(name), "rb") as file:
-                before = file.read()
+            before = self.content(name, None)
             said = self.fault(*run, name, "-fault_restart", "state.h5", code=1)
             self.assertIn(f"{name} (-fault_catalogue) is not the catalogue", said)
-            with open(self.path(name), "rb") as file:
-                self.assertEqual(file.read(), before)
+            self.assertEqual(self.content(name, None), before)
 
     def test_many_events_and_a_kill(self):
         run = (*LOADED, "-fault_catalogue", "events.h5")
@@ -327,8 +314,7 @@ class CatalogueTest(FaultTest):
         # after
         brought = 1e-9 * np.diff(whole.event["onset"])
         np.testing.assert_allclose(over[1:], brought[:len(over) - 1], rtol=0.1)
-        with open(self.path("events.h5"), "rb") as file:
-            older = file.read()
+        older = self.content("events.h5", None)
         process = subprocess.Popen([FAULT, *run, "-ts_max_time", "1e13"], cwd=self.folder.name,
                                    stdout=subprocess.DEVNULL)
         part, rows = self.path("events.h5.part"), 0
@@ -345,8 +331,7 @@ class CatalogueTest(FaultTest):
         n = min(killed.count, whole.count)
         for name in whole.event:
             np.testing.assert_array_equal(killed.event[name][:n], whole.event[name][:n])
-        with open(self.path("events.h5"), "rb") as file:
-            self.assertEqual(file.read(), older)
+        self.assertEqual(self.content("events.h5", None), older)
         said = self.fault(*run, "-ts_max_time", "1e3", code=1)
         self.assertIn("rows of an unfinished run: continue it with -fault_restart CHECKPOINT", said)
         self.assertIn("throw it away with -fault_output_overwrite", said)
@@ -359,8 +344,7 @@ class CatalogueTest(FaultTest):
         self.assertEqual((done.returncode, done.stdout.split(", ")[0], done.stderr),
                          (0, f"Table: {self.path('events.csv')}", ""))
         shown = self.script("catalogue-csv", self.path("events.h5"))
-        with open(self.path("events.csv"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.content("events.csv")
         self.assertEqual(shown.stdout, text)
         rows = list(csv.DictReader(text.splitlines()))
         catalogue = Catalogue(self.path("events.h5"))

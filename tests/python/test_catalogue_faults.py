@@ -21,11 +21,10 @@ LABELS = np.array([-3, 7])
 # Slip weakening without healing from below the strength, which the loading reaches on both faults, and another rake on
 # each
 RUN = ("-fault_mesh", "two.h5", "-fault_parameters", "fields.h5", "-fault_normal_stress", "50e6",
-       "-fault_normal_stress_gradient", "0", "-fault_inertia", "no",
-       "-fault_viscosity", "radiation", "-fault_initial", "traction", "-fault_loading_rate", "1e-9",
-       "-fault_friction_residual", "0.5", "-fault_friction_drop",
-       "0.1", "-fault_friction_slip", "0.05", "-fault_healing_time", "3e7", "-ts_adapt_type", "heuristic",
-       "-ts_max_time", "8e8")
+       "-fault_normal_stress_gradient", "0", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_initial",
+       "traction", "-fault_loading_rate", "1e-9", "-fault_friction_residual", "0.5", "-fault_friction_drop", "0.1",
+       "-fault_friction_slip", "0.05", "-fault_healing_time", "3e7", "-ts_adapt_type", "heuristic", "-ts_max_time",
+       "8e8")
 EVENTS = ("-fault_catalogue_maps", "-fault_catalogue")
 
 
@@ -45,9 +44,8 @@ class Faults(FaultTest):
         self.rows, self.label = two_faults()
         make_mesh.write(self.path("two.h5"), self.rows, self.label)
         chance = np.random.default_rng(11)
-        with h5py.File(self.path("fields.h5"), "w") as file:
-            file["initial_traction"] = 50e6 * (0.52 + 0.06 * chance.random(len(self.rows)))
-            file["rake"] = np.where(self.label == 7, 90.0, 30.0)
+        self.hdf5("fields.h5", initial_traction=50e6 * (0.52 + 0.06 * chance.random(len(self.rows))),
+                  rake=np.where(self.label == 7, 90.0, 30.0))
 
     def test_moment_rates(self):
         """G times area times slip rate, summed over the cells of each label, and the attribute that says which is
@@ -65,8 +63,7 @@ class Faults(FaultTest):
         """Without labels planes are faults, and many of them the parts of one; a grid is one; labels may be many."""
         many = np.array([[500.0 * k, 0, 600, 500, 400, 90, 60 + k] for k in range(30)])
         few = ("-fault_initial", "traction", "-fault_loading_rate", "1e-9", "-ts_max_time", "1", "-fault_output",
-               "run.h5", "-fault_inertia", "no", "-fault_viscosity",
-               "radiation")
+               "run.h5", "-fault_inertia", "no", "-fault_viscosity", "radiation")
         for rows, label, expected in ((self.rows, None, np.arange(6)), (many[:21], None, np.arange(21)),
                                       (many[:22], None, [0]),
                                       (many, np.arange(30)[::-1] * 10 - 40, np.arange(30) * 10 - 40),

@@ -189,8 +189,7 @@ class Faults(SourcesTest):
         np.testing.assert_allclose(model.fields["initial_traction"][0], [12e6, 13e6])
         self.assertEqual(model.options["poisson_ratio"], 0.25)
         self.run_of("parameter.txt")
-        with h5py.File(self.path("made.h5")) as file:
-            np.testing.assert_allclose(file["initial_traction"][()], [12e6, 13e6])
+        np.testing.assert_allclose(self.get("made.h5", "initial_traction"), [12e6, 13e6])
         self.assertRegex(self.plot("convert", self.path("made.h5")), "initial_traction: +1.2e\\+07 to 1.3e\\+07 Pa")
         self.plot("convert", self.path("made.h5"), "--figure", self.path("out.png"))
         self.look(self.path("out.png"))

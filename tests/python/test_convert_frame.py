@@ -66,9 +66,8 @@ class Convergence(SourcesTest):
         other.columns["rupture_time"] = (np.zeros(2), "s")
         with open(self.path("b.fsp"), "w", encoding="utf-8") as file:
             fsp.write(other, file)
-        with open(self.path("b.fsp"), encoding="utf-8") as file:
-            self.assertAlmostEqual((float(re.search(r"STRIKE = (\S+)", file.read())[1]) + 180) % 360, 180,
-                                   delta=2 * CLOSE)
+        self.assertAlmostEqual((float(re.search(r"STRIKE = (\S+)", self.content("b.fsp"))[1]) + 180) % 360, 180,
+                               delta=2 * CLOSE)
 
     def test_side_of_trace(self):
         """Of a trace to true north that dips by less than the turn to one side of it: directions of dip are from true
@@ -91,8 +90,7 @@ class Places(SourcesTest):
                   "34.2")
         tables = []
         for name in ("a.fsp", "b.fsp"):
-            with open(self.path(name), encoding="utf-8") as file:
-                text = file.read()
+            text = self.content(name)
             tables.append([[float(word) for word in line.split()[2:5]] for line in text.splitlines() if line
                            and not line.startswith("%")])
         np.testing.assert_allclose(*tables, atol=2e-3)  # [km], digits of LON

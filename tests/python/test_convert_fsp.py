@@ -100,11 +100,6 @@ def double():
 
 
 class FspTest(PictureTest, FaultTest):
-    def put(self, name, text):
-        with open(self.path(name), "w", encoding="utf-8") as file:
-            file.write(text)
-        return self.path(name)
-
     def convert(self, *arguments):
         return self.plot("convert", *(self.path(a) if re.fullmatch(r"[\w.]+\.(fsp|h5|png)", a) else a
                                       for a in arguments), "--projection", "sphere")
@@ -193,8 +188,7 @@ class Read(FspTest):
         self.put("model.fsp", HEADER.format(strike=350.0, dip=83.0, segments=1, place="top-center", count="").replace(
             "Htop = 2.0", "Htop = 0.0") + COLUMNS.format(x="X==EW", y="Y==NS") + "".join(lines))
         self.convert("model.fsp", "model.h5")
-        with h5py.File(self.path("model.h5")) as file:
-            self.assertAlmostEqual(corners_of(file["cells"][()])[..., 2].min(), 0, 9)
+        self.assertAlmostEqual(corners_of(self.get("model.h5", "cells"))[..., 2].min(), 0, 9)
         self.fault("-fault_mesh", "model.h5", "-fault_normal_stress", "50e6", "-fault_initial", "traction",
                    "-ts_max_steps", "1", "-ts_max_time", "1")
 
@@ -202,8 +196,7 @@ class Read(FspTest):
         """A rake of 360 degrees, which fault does not take, is 0 in its file."""
         self.put("model.fsp", single()[0].replace("160.000", "360.000"))
         self.convert("model.fsp", "model.h5")
-        with h5py.File(self.path("model.h5")) as file:
-            np.testing.assert_allclose(file["rake"][()], [0, *range(161, 172)])
+        np.testing.assert_allclose(self.get("model.h5", "rake"), [0, *range(161, 172)])
 
     def test_without_proj(self):
         self.put("model.fsp", single()[0])
@@ -223,8 +216,7 @@ class BackAndForth(FspTest):
                 self.convert(before, after)
             tables = []
             for name in ("a.fsp", "c.fsp", "e.fsp"):
-                with open(self.path(name), encoding="utf-8") as file:
-                    written = file.read()
+                written = self.content(name)
                 tables.append(([[float(w) for w in line.split()[5:8]] for line in written.splitlines()
                                 if not line.startswith("%")], re.search(r"Mo\s*=\s*(\S+)", written)[1],
                                re.search(r"LEN\s*=\s*([\d.]+) km\s+WID\s*=\s*([\d.]+)", written).groups()))
@@ -394,24 +386,23 @@ class Refused(FspTest):
         text = single()[0]
         lines = text.splitlines(True)
         first = next(k for k, line in enumerate(lines) if not line.startswith("%"))
-        cases = {
-            "without its last rows": ("".join(lines[:-2]), rf"line {len(lines) - 2 + 1}|ends after line "
-                                      rf"{len(lines) - 2}, expected 12|10 rows of segment 1, expected 12"),
-            "cut within a row": (text[:-30],
-                                 rf"line {len(lines)}: \d numbers, expected 8: LAT LON X Y Z SLIP RAKE TRUP"),
-            "without rows": ("".join(lines[:first]), f"ends after line {first}, expected rows of LAT LON X Y Z SLIP"),
-            "a word": ("".join(lines[:first + 1] + [lines[first + 1].replace("0.1300", "deep  ")] + lines[first + 2:]),
-                       f"line {first + 2}: \"deep\", expected a number"),
-            "another count": (text.replace("Nsbfs = 12", "Nsbfs = 13").replace("Nx  =  4", "Nx  =  5"),
-                              "12 rows of segment 1, expected 13, as Nsbfs says"),
-            "other units": (text.replace("coordinates in km; SLIP in m", "coordinates in km; SLIP in cm"),
-                            r"line \d+: .*SLIP in cm\", expected X,Y,Z coordinates in km; SLIP in m"),
-            "no header": ("a slip model\n", "line 1: \"a slip model\", expected a line of FINITE-SOURCE"),
-            "no moment": (re.sub(r"Mo = \S+ Nm", "", text), "no Loc and Size with LAT, LON and Mo"),
-            "no cells": (text.replace("Dx  =  3.00 km", ""), "segment 1 has no Dx and Dz"),
-            "a dip": (text.replace("DIP = 60.0", "DIP = 160.0"), "expected STRK and a DIP above 0 up to 90"),
-            "bytes": ("\0\1\2", "not a text file"),
-        }
+        cases = {"without its last rows": ("".join(lines[:-2]), rf"line {len(lines) - 2 + 1}|ends after line "
+                                           rf"{len(lines) - 2}, expected 12|10 rows of segment 1, expected 12"),
+                 "cut within a row": (text[:-30],
+                                      rf"line {len(lines)}: \d numbers, expected 8: LAT LON X Y Z SLIP RAKE TRUP"),
+                 "without rows": ("".join(lines[:first]),
+                                  f"ends after line {first}, expected rows of LAT LON X Y Z SLIP"),
+                 "a word": ("".join(lines[:first + 1] + [lines[first + 1].replace("0.1300", "deep  ")]
+                                    + lines[first + 2:]), f"line {first + 2}: \"deep\", expected a number"),
+                 "another count": (text.replace("Nsbfs = 12", "Nsbfs = 13").replace("Nx  =  4", "Nx  =  5"),
+                                   "12 rows of segment 1, expected 13, as Nsbfs says"),
+                 "other units": (text.replace("coordinates in km; SLIP in m", "coordinates in km; SLIP in cm"),
+                                 r"line \d+: .*SLIP in cm\", expected X,Y,Z coordinates in km; SLIP in m"),
+                 "no header": ("a slip model\n", "line 1: \"a slip model\", expected a line of FINITE-SOURCE"),
+                 "no moment": (re.sub(r"Mo = \S+ Nm", "", text), "no Loc and Size with LAT, LON and Mo"),
+                 "no cells": (text.replace("Dx  =  3.00 km", ""), "segment 1 has no Dx and Dz"),
+                 "a dip": (text.replace("DIP = 60.0", "DIP = 160.0"), "expected STRK and a DIP above 0 up to 90"),
+                 "bytes": ("\0\1\2", "not a text file"),}
         for name, (content, message) in cases.items():
             with self.subTest(name):
                 self.put("bad.fsp", content)

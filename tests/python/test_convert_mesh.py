@@ -84,8 +84,7 @@ def obj(face="{0} {1} {2}"):
 
 class Convert(FaultTest):
     def convert(self, name, content, *options, **more):
-        with open(self.path(name), "wb") as file:
-            file.write(content)
+        self.put(name, content)
         return self.run_of(name, "mesh.h5", *options, **more)
 
     def run_of(self, *arguments, code=0):
@@ -130,11 +129,10 @@ class Convert(FaultTest):
             return file["vertices"].attrs.get("units")
 
     def test_frame_and_unit(self):
-        out = "solid\n" + "".join("facet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x / 1000:.17g} "
-                                                                               f"{y / 1000:.17g} {z / 1000:.17g}\n"
-                                                                               for x, y, z in facet)
-                                  + "endloop\nendfacet\n"
-                                  for facet in VERTICES[TRIANGLES]) + "endsolid\n"
+        out = "solid\n" + "".join("facet normal 0 0 1\nouter loop\n"
+                                  + "".join(f"vertex {x / 1000:.17g} " f"{y / 1000:.17g} {z / 1000:.17g}\n" for x, y,
+                                            z in facet) + "endloop\nendfacet\n" for facet
+                                  in VERTICES[TRIANGLES]) + "endsolid\n"
         self.convert("a.stl", out.encode(), "--frame", "ned", "--unit", "km")
         self.check(1e-9, None)
         self.assertEqual(self.units(), "m")
@@ -180,8 +178,7 @@ class Convert(FaultTest):
             np.testing.assert_allclose(file["loading_rate"], 1e-9 * (1 + np.arange(len(TRIANGLES))), rtol=1e-15)
         self.fault("-fault_mesh", "mesh.h5", "-fault_parameters", "fields.h5", *RUN, "-fault_output", "out.h5",
                    "-fault_output_overwrite")
-        with h5py.File(self.path("out.h5")) as file:
-            np.testing.assert_array_equal(file["mesh/rake"], 90 - 10 * np.arange(len(TRIANGLES)))
+        np.testing.assert_array_equal(self.get("out.h5", "mesh/rake"), 90 - 10 * np.arange(len(TRIANGLES)))
 
     def test_columns_of_rsqsim(self):
         """Numbers after names are other columns, unless names are told apart by them."""
@@ -191,8 +188,7 @@ class Convert(FaultTest):
                                   (("part 1", "other"), " 4", "7 part 1; 8 other")):
             with self.subTest(names):
                 said = self.convert("a.flt", rsqsim(names, more))
-                with h5py.File(self.path("mesh.h5")) as file:
-                    self.assertEqual(file["fault"].attrs["names"], want)
+                self.assertEqual(self.get("mesh.h5", "fault@names"), want)
                 self.assertEqual("after the names left out" in said, bool(more), said)
 
     def test_obj(self):
@@ -251,10 +247,8 @@ class Convert(FaultTest):
 
     def test_several(self):
         """Labels and names of each file, and numbers on from there where they are the same"""
-        with open(self.path("b.ts"), "wb") as file:
-            file.write(gocad(positive="Depth"))
-        with open(self.path("plain.stl"), "wb") as file:
-            file.write(stl_bytes())
+        self.put("b.ts", gocad(positive="Depth"))
+        self.put("plain.stl", stl_bytes())
         self.convert("a.txt", rsqsim())
         self.run_of("a.txt", "b.ts", "plain.stl", "mesh.h5", "--unit", "m")
         with h5py.File(self.path("mesh.h5")) as file:
@@ -309,19 +303,15 @@ class Convert(FaultTest):
     def test_meshio_regions(self):
         """What a stand-in for meshio has read: regions are faults, names that no rule knows are said, and
         quadrilaterals are cut."""
-        with open(self.path("meshio.py"), "w") as file:
-            file.write("import numpy as np\nfrom types import SimpleNamespace as Of\n"
-                       f"points = np.array({enu(VERTICES).tolist()})\ntriangles = np.array({TRIANGLES.tolist()})\n"
-                       f"label = np.array({(LABEL + 5).tolist()})\n"
-                       "def read(path):\n"
-                       "    name = path.split('.')[0]\n"
-                       "    cells = [Of(type='line', data=np.array([[0, 1]])), Of(type='triangle', data=triangles), "
-                       "Of(type='quad', data=np.array([[0, 1, 4, 3]])[:name == 'Quads'])]\n"
-                       "    return Of(points=points, cells=cells, cell_data={name: [np.zeros(1, int), label, "
-                       "np.full(len(cells[2].data), 9)], 'speed': [np.zeros(1), label + 0.5, "
-                       "np.zeros(len(cells[2].data))]},"
-                       " field_data={'north': np.array([5, 2]), 'south': np.array([6, 2]), 'edge': "
-                       "np.array([0, 1])})\n")
+        self.put("meshio.py", "import numpy as np\nfrom types import SimpleNamespace as Of\n"
+                 f"points = np.array({enu(VERTICES).tolist()})\ntriangles = np.array({TRIANGLES.tolist()})\n"
+                 f"label = np.array({(LABEL + 5).tolist()})\n" "def read(path):\n" "    name = path.split('.')[0]\n"
+                 "    cells = [Of(type='line', data=np.array([[0, 1]])), Of(type='triangle', data=triangles), "
+                 "Of(type='quad', data=np.array([[0, 1, 4, 3]])[:name == 'Quads'])]\n"
+                 "    return Of(points=points, cells=cells, cell_data={name: [np.zeros(1, int), label, "
+                 "np.full(len(cells[2].data), 9)], 'speed': [np.zeros(1), label + 0.5, "
+                 "np.zeros(len(cells[2].data))]},"
+                 " field_data={'north': np.array([5, 2]), 'south': np.array([6, 2]), 'edge': " "np.array([0, 1])})\n")
         sys.path.insert(0, self.folder.name)
         self.addCleanup(sys.path.remove, self.folder.name)
         self.addCleanup(sys.modules.pop, "meshio", None)
@@ -347,11 +337,9 @@ class Convert(FaultTest):
         rows = "".join("{:.17g} {:.17g} {:.17g}\n".format(*place) for place in points)
         faces = "".join("3 {} {} {}\n".format(*t) for t in TRIANGLES)
         vtk = (f"# vtk DataFile Version 3.0\nfault\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {len(points)} double\n"
-               f"{rows}\nCELLS {n + 1} {4 * n + 3}\n2 0 1\n{faces}\n"
-               f"CELL_TYPES {n + 1}\n3\n" + n * "5\n")
+               f"{rows}\nCELLS {n + 1} {4 * n + 3}\n2 0 1\n{faces}\n" f"CELL_TYPES {n + 1}\n3\n" + n * "5\n")
         ply = (f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty "
-               f"float z\nelement face {n}\n"
-               f"property list uchar int vertex_indices\nend_header\n{rows}{faces}")
+               f"float z\nelement face {n}\n" f"property list uchar int vertex_indices\nend_header\n{rows}{faces}")
         for name, content, digits in (("a.vtk", vtk, 1e-12), ("a.ply", ply, 1e-3)):
             self.convert(name, content.encode())
             self.check(digits, None)

@@ -83,33 +83,30 @@ class Mutants(SourcesTest):
     def test_what_no_reader_knows(self):
         """A key and a column that no reader can know are named among what it has not used, and change nothing else."""
         whole = {kind: texts[0] for kind, texts in self.whole().items()}
-        more = {
-            "fsp": ((whole["fsp"].replace("% Invs :  Nx ", "% Zork :  Quux = 12.5 km\n% Invs :  Nx "), "key.* Quux"),
-                    (column(whole["fsp"], "QUUX", 7, "LAT      LON", 8), "column.* QUUX")),
-            "param": ((whole["param"].replace("#Lon.  Lat.", "#Quux = 12.5\n#Lon.  Lat."), '"#Quux = 12.5"'),
-                      (column(whole["param"], "Quux", 7, "t_rup", 11), "column Quux"),
-                      (column(whole["param"], "", 7, "t_rup", 11), "1 column after the first 11")),
-            "srf": ((whole["srf"].replace("2.0\n", "2.0\n# Quux= 12.5\n", 1), "2 lines of comments"),
-                    (whole["srf"].replace(" 12.0 9.0\n", " 12.0 9.0 12.5\n"),
-                     "more numbers than the format has in 1 lines"),
-                    (whole["srf"].replace(" 9.0e+10 0.0000 0.05 3.00000e+05 2.70000e+00", " 9.0e+10 0.0000 0.05 0 "
-                                          "2.70000e+00"),
-                     "S velocities and densities, which 1 of 12 points do not have")),
-            "interact": ((column("#\n" + whole["interact"], "", 7, "#", 8), "1 column after the first 8"),),
-            "quake-dfn": ((column(whole["quake-dfn"], "Quux", 7, "Ctr_X", 18), "column quux"),
-                          (whole["quake-dfn"].replace("2.0e6\n", "2.0e6\t7\n"), "1 column after the first 7")),
-            "coulomb": ((whole["coulomb"].replace("FRIC=", "QUUX=  12.5\nFRIC="), "keys .*QUUX"),),
-            "hbi": ((whole["hbi"] + "quux 12.5\n", "key.* quux"), (whole["hbi"] + "quux\n", "key.* quux")),
-            "traces": ((whole["traces"].replace('"name"', '"quux": 12.5, "name"'), "property quux"),),
-            "depths": ((column("#\n" + whole["depths"], "", 7, "#", 3), "1 column after the first 3"),),
-            "mesh": (),
-            "pyquake3d": ((whole["pyquake3d"] + "Quux: 12.5\n", "key Quux"),
-                          (whole["pyquake3d"] + "Quux\n", "key Quux")),
-        }
+        more = {"fsp": ((whole["fsp"].replace("% Invs :  Nx ", "% Zork :  Quux = 12.5 km\n% Invs :  Nx "),
+                         "key.* Quux"),
+                        (column(whole["fsp"], "QUUX", 7, "LAT      LON", 8), "column.* QUUX")),
+                "param": ((whole["param"].replace("#Lon.  Lat.", "#Quux = 12.5\n#Lon.  Lat."), '"#Quux = 12.5"'),
+                          (column(whole["param"], "Quux", 7, "t_rup", 11), "column Quux"),
+                          (column(whole["param"], "", 7, "t_rup", 11), "1 column after the first 11")),
+                "srf": ((whole["srf"].replace("2.0\n", "2.0\n# Quux= 12.5\n", 1), "2 lines of comments"),
+                        (whole["srf"].replace(" 12.0 9.0\n", " 12.0 9.0 12.5\n"),
+                         "more numbers than the format has in 1 lines"),
+                        (whole["srf"].replace(" 9.0e+10 0.0000 0.05 3.00000e+05 2.70000e+00", " 9.0e+10 0.0000 0.05 0 "
+                                              "2.70000e+00"),
+                         "S velocities and densities, which 1 of 12 points do not have")),
+                "interact": ((column("#\n" + whole["interact"], "", 7, "#", 8), "1 column after the first 8"),),
+                "quake-dfn": ((column(whole["quake-dfn"], "Quux", 7, "Ctr_X", 18), "column quux"),
+                              (whole["quake-dfn"].replace("2.0e6\n", "2.0e6\t7\n"), "1 column after the first 7")),
+                "coulomb": ((whole["coulomb"].replace("FRIC=", "QUUX=  12.5\nFRIC="), "keys .*QUUX"),),
+                "hbi": ((whole["hbi"] + "quux 12.5\n", "key.* quux"), (whole["hbi"] + "quux\n", "key.* quux")),
+                "traces": ((whole["traces"].replace('"name"', '"quux": 12.5, "name"'), "property quux"),),
+                "depths": ((column("#\n" + whole["depths"], "", 7, "#", 3), "1 column after the first 3"),),
+                "mesh": (),
+                "pyquake3d": ((whole["pyquake3d"] + "Quux: 12.5\n", "key Quux"),
+                              (whole["pyquake3d"] + "Quux\n", "key Quux")),}
         self.assertEqual(set(more), set(READERS))
-        with h5py.File(self.path("mesh.h5"), "w") as file:
-            file["cells"], file["quux"] = np.array([[0, 0, 1e3, 2e3, 1e3]]), 7.0
-            file["cells"].attrs["units"] = "m"
+        self.hdf5("mesh.h5", units={"cells": "m"}, cells=np.array([[0, 0, 1e3, 2e3, 1e3]]), quux=7.0)
         self.assertEqual(self.read("mesh", self.path("mesh.h5")).dropped, ["dataset quux"])
         for kind, cases in more.items():
             if not cases:

@@ -26,11 +26,6 @@ SLIP = 0.1 + 0.03 * np.arange(12)
 
 
 class SourcesTest(PictureTest, FaultTest):
-    def put(self, name, text):
-        with open(self.path(name), "w", encoding="utf-8") as file:
-            file.write(text)
-        return self.path(name)
-
     def refuse(self, name, content, message):
         self.put(name, content)
         self.refused("convert", f".*{name}.*({message})", self.path(name), self.path("out.h5"), "--projection",
@@ -209,8 +204,7 @@ class Srf(SourcesTest):
         # at the upper left corner of the second plane, but for its depth
         two = self.put("two.fsp", test_convert_fsp.double()[0].replace("DEP = 5.0", "DEP = 4.0"))
         self.plot("convert", two, self.path("two.srf"), "--projection", "sphere", "--rise-time", "1")
-        with open(self.path("two.srf"), encoding="utf-8") as file:
-            lines = file.read().splitlines()
+        lines = self.content("two.srf").splitlines()
         self.assertEqual([line.split()[3:] for line in lines[4:8:2]][0], ["0", "0"])
         np.testing.assert_allclose([float(word) for word in lines[6].split()[3:]], [-6, 4], atol=2e-3)
 
@@ -222,8 +216,7 @@ class Srf(SourcesTest):
                      self.path("out.srf"), "--projection", "sphere")
         self.plot("convert", self.path("model.fsp"), self.path("out.srf"), "--projection", "sphere", "--rise-time",
                   "1.3", "--step", "0.2")
-        with open(self.path("out.srf"), encoding="utf-8") as file:
-            words = file.read().split("POINTS 12\n")[1].split()
+        words = self.content("out.srf").split("POINTS 12\n")[1].split()
         for k in range(12):
             head, words = words[:17], words[17:]
             n, dt = int(head[12]), float(head[7])
@@ -404,8 +397,7 @@ class Runs(SourcesTest):
         for together in (runs.TOGETHER, 1):
             with mock.patch.object(runs, "TOGETHER", together):
                 self.plot("convert", self.path("run.h5"), self.path("run.srf"), *place, "--window", *map(str, window))
-            with open(self.path("run.srf"), encoding="utf-8") as file:
-                texts.append(file.read())
+            texts.append(self.content("run.srf"))
         self.assertEqual(*texts)
         self.plot("convert", self.path("run.h5"), self.path("run.h5.h5"), "--window", *map(str, window))
         model, one = ours.read(self.path("run.h5.h5")), srf.read(self.path("run.srf"), at)

@@ -18,8 +18,7 @@ GRID = ("-fault_nx 4 -fault_nz 4 -fault_length_x 2e3 -fault_length_z 2e3 -fault_
 CREEPS = "-fault_friction_law rate_and_state -fault_initial_traction 12e6 -fault_initial_rate 1e-14".split()
 STICKS = "-fault_friction_law exponential_slip_weakening -fault_friction_slip 0.5 -fault_initial_traction 16e6".split()
 TABLE = [(CREEPS, pair) for pair in ("adams basic", "adams dsp", "rk basic", "rk dsp", "rk pi", "rk heuristic",
-                                     "lapusta lapusta", "lapusta basic", "bathe dsp",
-                                     "bathe basic")]
+                                     "lapusta lapusta", "lapusta basic", "bathe dsp", "bathe basic")]
 TABLE += [(STICKS, pair) for pair in ("rkc basic", "rkc dsp", "rk basic", "adams basic", "bathe heuristic", "bathe pi",
                                       "bathe dsp")]
 
@@ -28,19 +27,15 @@ class Corners(FaultTest):
     def pulse(self, length):
         """30 MPa for so long, with ramps of a tenth of a second, ten days after the start."""
         times = [0, 10 * DAY, 10 * DAY + 0.1, 10 * DAY + length, 10 * DAY + length + 0.1, 40 * DAY]
-        with h5py.File(self.path("pulse.h5"), "w") as file:
-            file["time"] = np.array(times)
-            file["time"].attrs["units"] = "s"
-            file["pressure"] = np.array([0, 0, 30e6, 30e6, 0, 0])[:, None, None] * np.ones((6, 4, 4))
-            file["pressure"].attrs["units"] = "Pa"
+        self.hdf5("pulse.h5", units={"time": "s", "pressure": "Pa"}, time=np.array(times),
+                  pressure=np.array([0, 0, 30e6, 30e6, 0, 0])[:, None, None] * np.ones((6, 4, 4)))
 
     def slip(self, *options):
         return self.slip_of(GRID, *options)
 
     def slip_of(self, *options):
         self.fault(*options[0], *options[1:])
-        with h5py.File(self.path("run.h5")) as file:
-            return float(file["result"].attrs["mean_slip"])
+        return float(self.get("run.h5", "result@mean_slip"))
 
     def test_pulses(self):
         """Slips agree to 1 %, ten times the errors that tolerances of 1e-3 leave in the worst cell; a run that misses
@@ -89,11 +84,9 @@ class Corners(FaultTest):
         shape = np.exp(-(x ** 2 + z ** 2) / 3)
         for law in ("exponential_slip_weakening -fault_friction_slip 0.5".split(), ("constant",)):
             for ramp, length in ((0.1, 1.5), (1000, DAY)):
-                with h5py.File(self.path("pulse.h5"), "w") as file:
-                    file["time"] = np.cumsum([0, 10 * DAY, ramp, length, ramp, 25 * DAY])
-                    file["time"].attrs["units"] = "s"
-                    file["pressure"] = np.array([0, 0, 20e6, 20e6, 0, 0])[:, None, None] * shape
-                    file["pressure"].attrs["units"] = "Pa"
+                self.hdf5("pulse.h5", units={"time": "s", "pressure": "Pa"},
+                          time=np.cumsum([0, 10 * DAY, ramp, length, ramp, 25 * DAY]),
+                          pressure=np.array([0, 0, 20e6, 20e6, 0, 0])[:, None, None] * shape)
                 options = (*GRID, "-fault_friction_law", *law, "-fault_initial_traction", "16e6", "-fault_check_error")
                 error = float(re.search(r"checked history error: +(\S+)", self.fault(*options))[1])
                 self.assertLess(error, 0.04, (law, ramp))
@@ -109,8 +102,7 @@ class Corners(FaultTest):
         for integrator, controller in (("lapusta", "lapusta"), ("rk", "basic"), ("adams", "basic")):
             self.slip(*CREEPS, "-ts_type", integrator, "-ts_adapt_type", controller, "-ts_adapt_dt_max", "1d", "-ts_dt",
                       "5d")
-            with h5py.File(self.path("run.h5")) as file:
-                steps = file["steps/dt"][...][file["steps/accepted"][...] == 1]
+            steps = self.get("run.h5", "steps/dt")[self.get("run.h5", "steps/accepted") == 1]
             self.assertLessEqual(steps.max(), DAY * (1 + 1e-12), integrator)
 
     def test_constant_steps(self):

@@ -148,8 +148,7 @@ class Files(scripts.ScriptTest):
 
     def test_mesh(self):
         """Areas of irregular cells, of each component where slip is a vector."""
-        with h5py.File(self.path("mesh.h5"), "w") as file:
-            file["cells"] = np.array([[0, 0, 500, 1000, 1000], [1500, 0, 500, 2000, 1000.0]])
+        self.hdf5("mesh.h5", cells=np.array([[0, 0, 500, 1000, 1000], [1500, 0, 500, 2000, 1000.0]]))
         c = course.read(self.run_fault("run.h5", "-fault_mesh", self.path("mesh.h5"), "-ts_max_time", "5"))
         self.assertEqual(c.area.tolist(), [1e6, 2e6])
         c = course.read(self.run_fault("run.h5", "-fault_mesh", self.path("mesh.h5"), "-fault_slip_components", "2",

@@ -36,14 +36,12 @@ def run(folder, rows, slips, average, *more):
     if os.path.exists(out):
         os.remove(out)
     subprocess.run([os.path.join(BUILD, "bin", "fault"), "-fault_mesh", "mesh.h5", "-fault_parameters", "fields.h5",
-                    "-fault_kernel", "full_space",
-                    "-fault_operator", "dense", "-fault_poisson_ratio", "0.25", "-fault_stiffness_average", average,
-                    "-fault_friction_law", "constant",
-                    "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_initial", "traction",
-                    "-fault_initial_unstable",
-                    "-fault_inertia", "no", "-fault_viscosity", "radiation", "-ts_max_time", "1000", *more,
-                    "-fault_output", out, "-fault_output_fields", "slip"],
-                   cwd=folder, check=True, stdout=subprocess.DEVNULL)
+                    "-fault_kernel", "full_space", "-fault_operator", "dense", "-fault_poisson_ratio", "0.25",
+                    "-fault_stiffness_average", average, "-fault_friction_law", "constant", "-fault_normal_stress",
+                    "50e6", "-fault_normal_stress_gradient", "0", "-fault_initial", "traction",
+                    "-fault_initial_unstable", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-ts_max_time",
+                    "1000", *more, "-fault_output", out, "-fault_output_fields", "slip"], cwd=folder, check=True,
+                   stdout=subprocess.DEVNULL)
     with h5py.File(out) as f:
         return f["fields/slip"][-1] / DROP, f["result"].attrs["accepted"]
 

@@ -38,8 +38,7 @@ class Export(FaultTest, PictureTest):
         ids = [element.get("publicID") for element in root.iter() if element.get("publicID")]
         self.assertEqual(len(ids), len(set(ids)))
         for name in ids:
-            self.assertRegex(name,
-                             r"^(smi|quakeml):[\w\d][\w\d\-\.\*\(\)_~']{2,}/"
+            self.assertRegex(name, r"^(smi|quakeml):[\w\d][\w\d\-\.\*\(\)_~']{2,}/"
                              r"[\w\d\-\.\*\(\)_~'][\w\d\-\.\*\(\)\+\?_~'=,;#/&]*$")
         events = root.findall(f"{BED}eventParameters/{BED}event")
         self.assertEqual(len(events), len(self.event["onset"]))
@@ -80,12 +79,10 @@ class Export(FaultTest, PictureTest):
     def test_false_origin(self):
         """A mesh in coordinates of a map projection: the point of --origin is asked for, and then its events are
         there."""
-        with h5py.File(self.path("utm.h5"), "w") as file:
-            file["cells"] = [[3.9e6 + 500 * (k % 6 + 0.5), 4e5, 750 * (k // 6 + 0.5), 500, 750] for k in range(24)]
-            file["cells"].attrs["units"] = "m"
+        self.hdf5("utm.h5", units={"cells": "m"},
+                  cells=[[3.9e6 + 500 * (k % 6 + 0.5), 4e5, 750 * (k // 6 + 0.5), 500, 750] for k in range(24)])
         self.fault("-fault_mesh", "utm.h5", "-fault_friction_slip", 0.01, "-fault_catalogue", "utm_events.h5")
-        with h5py.File(self.path("utm_events.h5")) as file:
-            north, east = file["x"][0] - 3.9e6, file["y"][0] - 4e5
+        north, east = self.get("utm_events.h5", "x")[0] - 3.9e6, self.get("utm_events.h5", "y")[0] - 4e5
         for module, target, more in (("catalogue_quakeml", "utm.xml", ()), ("catalogue_csv", "utm.csv", ("--csep",))):
             self.refused(module, "the mesh is 3922 km from x = y = 0, .* near 3901500 400000, as --origin-at "
                          "NORTH EAST", self.path("utm_events.h5"), self.path(target), *more,
@@ -121,8 +118,7 @@ class Export(FaultTest, PictureTest):
         """One file that asks for no other, with the options, the warning of the run and its pictures."""
         self.assertIn("warning", self.said)  # the density is that of no rock
         self.plot("report", self.path("run.h5"), "--catalogue", self.path("events.h5"), "-o", self.path("r.html"))
-        with open(self.path("r.html"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.content("r.html")
         self.assertEqual(re.findall(r"(?:src|href)=\"(?!data:image/png;base64,)", text), [])
         self.assertLess(len(text), 2e6)
         self.assertGreaterEqual(text.count("<img"), 4)
@@ -138,9 +134,8 @@ class Export(FaultTest, PictureTest):
             since, magnitude = file["onset"][-1], file["magnitude"][-1]
         with mock.patch("slipstep.programs.report.pictures", lambda run, events: []):
             self.plot("report", self.path("run.h5"), "--catalogue", self.path("events.h5"), "-o", self.path("r.html"))
-        with open(self.path("r.html"), encoding="utf-8") as file:
-            self.assertIn(f"The last event goes on at the end of the run: M {magnitude:.2f} so far, since "
-                          f"{written(since)}", file.read())
+        self.assertIn(f"The last event goes on at the end of the run: M {magnitude:.2f} so far, since "
+                      f"{written(since)}", self.content("r.html"))
 
 
 if __name__ == "__main__":

@@ -51,8 +51,7 @@ class Fields(FaultTest):
 
     def test_dipping_grid(self):
         self.fault("-fault_nx", 5, "-fault_nz", 3, "-fault_length_x", 5e3, "-fault_length_z", 6e3, "-fault_dip", 30,
-                   "-fault_strike", 120, "-fault_depth_top", 700,
-                   "-fault_cells", "cells.h5")
+                   "-fault_strike", 120, "-fault_depth_top", 700, "-fault_cells", "cells.h5")
         c = fields.read_cells(self.path("cells.h5"))
         s, d = np.meshgrid(np.arange(500, 5000, 1000), np.arange(1000, 6000, 2000))
         strike, dip = np.radians(120), np.radians(30)

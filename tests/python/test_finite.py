@@ -12,12 +12,10 @@ import numpy as np
 
 # rate and state from its unstable steady state, with a first step of three years
 RUN = ("-fault_friction_law", "rate_and_state", "-fault_nx", "6", "-fault_nz", "3", "-fault_length_x", "24e3",
-       "-fault_length_z", "12e3",
-       "-fault_kernel", "full_space", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0",
-       "-fault_loading_rate", "1e-9",
-       "-fault_friction_a", "0.01", "-fault_friction_b", "0.015", "-fault_friction_slip", "0.02", "-fault_initial_rate",
-       "1e-9",
-       "-fault_progress", "no", "-ts_max_time", "1e10")
+       "-fault_length_z", "12e3", "-fault_kernel", "full_space", "-fault_normal_stress", "50e6",
+       "-fault_normal_stress_gradient", "0", "-fault_loading_rate", "1e-9", "-fault_friction_a", "0.01",
+       "-fault_friction_b", "0.015", "-fault_friction_slip", "0.02", "-fault_initial_rate", "1e-9", "-fault_progress",
+       "no", "-ts_max_time", "1e10")
 FILES = {"output": "-fault_output", "catalogue": "-fault_catalogue", "state": "-fault_checkpoint"}
 
 # NaN where an event has none; a row of the catalogue in a checkpoint has the last two
@@ -63,15 +61,13 @@ class Finite(ScriptTest):
                 with self.subTest((integrator, controller)):
                     names = {kind: f"{integrator}_{controller}_{kind}" for kind in FILES}
                     self.fault("-ts_type", integrator, "-ts_adapt_type", controller, "-ts_dt", "1e8", "-ts_max_steps",
-                               "150",
-                               *(word for kind, option in FILES.items() for word in (option, names[kind])))
+                               "150", *(word for kind, option in FILES.items() for word in (option, names[kind])))
                     self.assertGreater(self.numbers(names["output"]), 100)
                     self.numbers(names["catalogue"])
                     if not self.numbers(names["state"]):
                         continue
                     self.fault("-ts_type", integrator, "-ts_adapt_type", "basic", "-fault_restart", names["state"],
-                               "-ts_max_steps", "170",
-                               "-fault_output", "more.h5", "-fault_output_overwrite")
+                               "-ts_max_steps", "170", "-fault_output", "more.h5", "-fault_output_overwrite")
                     self.numbers("more.h5")
 
 

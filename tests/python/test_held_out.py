@@ -15,7 +15,6 @@ sys.dont_write_bytecode = True
 BENCHMARKS = os.path.join(scripts.SOURCE, "tests", "benchmarks")
 sys.path.insert(0, BENCHMARKS)
 from slipstep.results import course
-import held_out
 import held_out_cases
 import held_out_run
 import held_out_score as score
@@ -30,13 +29,11 @@ def run(case, family, setting, solves, error, final=0.0, failed=""):
 
 class Score(unittest.TestCase):
     classical = [run("a", "x", 1, 10, 0.2, 0.1), run("a", "x", 0.1, 20, 0.001, 0.001),
-                 run("a", "x", 0.01, 40, 0.02, 0.002),
-                 run("a", "y", 1, 8, 0.5, 0.3), run("a", "y", 0.1, 30, 0.004, 0.004),
-                 run("a", "y", 0.01, 5, 0.0, 0.0, "stopped"),
+                 run("a", "x", 0.01, 40, 0.02, 0.002), run("a", "y", 1, 8, 0.5, 0.3),
+                 run("a", "y", 0.1, 30, 0.004, 0.004), run("a", "y", 0.01, 5, 0.0, 0.0, "stopped"),
                  run("b", "x", 1, 12, 0.3, 0.3), run("b", "x", 0.1, 24, 0.05, 0.05),
-                 run("b", "x", 0.01, 50, 0.001, 0.001),
-                 run("b", "y", 1, 9, 0.05, 0.05), run("b", "y", 0.1, 33, 0.005, 0.005),
-                 run("b", "y", 0.01, 60, 0.0005, 0.0005)]
+                 run("b", "x", 0.01, 50, 0.001, 0.001), run("b", "y", 1, 9, 0.05, 0.05),
+                 run("b", "y", 0.1, 33, 0.005, 0.005), run("b", "y", 0.01, 60, 0.0005, 0.0005)]
 
     def test_cheapest(self):
         a = [r for r in self.classical if r["case"] == "a"]
@@ -193,8 +190,7 @@ class Benchmark(scripts.ScriptTest):
         # the options that it leaves are those of the case
         case = os.path.join(folder, f"cases_{held_out_cases.SEED}", "linear_01.opts")
         done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-options_file", case, "-ts_adapt_type", "rl",
-                               "-ts_adapt_rl_accuracy", "1e-1"],
-                              capture_output=True, text=True)
+                               "-ts_adapt_rl_accuracy", "1e-1"], capture_output=True, text=True)
         self.assertIn("end:", done.stdout, done.stderr)
 
     def test_no_family(self):

@@ -304,18 +304,16 @@ def test_payloads():
     """Pickles that would run a command if anything ran them: `touch executed`."""
     data, state = network("tqc", True)
     command = text("touch executed")
-    pickles = {
-        "REDUCE": b"\x80\x02cos\nsystem\n(" + command + b"tR.",
-        "INST": b"\x80\x02(" + command + b"ios\nsystem\n.",
-        "OBJ": b"\x80\x02(cos\nsystem\n" + command + b"o.",
-        "NEWOBJ": b"\x80\x02csubprocess\nPopen\n(" + command + b"t\x81.",
-        "STACK_GLOBAL": b"\x80\x04" + text("os") + text("system") + b"\x93(" + command + b"tR.",
-        "a value of the state": b"\x80\x02}" + text("actor.mu.weight") + b"cbuiltins\neval\n("
-                                + text("__import__('os').system('touch executed')") + b"tRs.",
-        "BUILD": b"\x80\x02ctorch._utils\n_rebuild_tensor_v2\nN}" + text("__code__") + b"cos\nsystem\ns\x86b.",
-        "EXT1": b"\x80\x02\x82\x01(" + command + b"tR.",
-        "a storage": b"\x80\x02(" + text("storage") + b"cos\nsystem\n" + command + text("cpu") + b"K\x01tQ.",
-    }
+    pickles = {"REDUCE": b"\x80\x02cos\nsystem\n(" + command + b"tR.",
+               "INST": b"\x80\x02(" + command + b"ios\nsystem\n.",
+               "OBJ": b"\x80\x02(cos\nsystem\n" + command + b"o.",
+               "NEWOBJ": b"\x80\x02csubprocess\nPopen\n(" + command + b"t\x81.",
+               "STACK_GLOBAL": b"\x80\x04" + text("os") + text("system") + b"\x93(" + command + b"tR.",
+               "a value of the state": b"\x80\x02}" + text("actor.mu.weight") + b"cbuiltins\neval\n("
+               + text("__import__('os').system('touch executed')") + b"tRs.",
+               "BUILD": b"\x80\x02ctorch._utils\n_rebuild_tensor_v2\nN}" + text("__code__") + b"cos\nsystem\ns\x86b.",
+               "EXT1": b"\x80\x02\x82\x01(" + command + b"tR.",
+               "a storage": b"\x80\x02(" + text("storage") + b"cos\nsystem\n" + command + text("cpu") + b"K\x01tQ.",}
     for name, pickled in pickles.items():
         write_zip("in.zip", data, policy_pth(state, lambda _: pickled))
         refused(name, "policy.pth")

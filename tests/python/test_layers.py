@@ -18,8 +18,7 @@ sys.path.insert(0, os.path.join(SOURCE, "src"))
 import map as rooms
 
 # What is not mended yet, as regular expressions of the lines found. It must be empty when version 0.2.0 is released.
-PENDING = [
-]
+PENDING = []
 # What pure functions may use of other libraries: the C library's, and PETSc's for memory and errors.
 OBJECTS = re.compile(r"^(Vec|Mat|IS|DM|KSP|PC|SNES|TS|PetscObject|PetscOptions|PetscViewer|PetscContainer|MPI_|H5)")
 
@@ -223,9 +222,8 @@ class Layers(ScriptTest):
             part = name.split(".")[0]
             self.assertIn(part, level, f"{name} is in no layer")
             pairs |= {(name, other) for other in ours}
-            found += [f"{name or 'slipstep'} imports {other or 'slipstep'}, which is not below it"
-                      for other in sorted(ours)
-                      if other.split(".")[0] != part and level[other.split(".")[0]] >= level[part]]
+            found += [f"{name or 'slipstep'} imports {other or 'slipstep'}, which is not below it" for other
+                      in sorted(ours) if other.split(".")[0] != part and level[other.split(".")[0]] >= level[part]]
             found += [f"{name} imports {heavy}" for heavy, parts in HEAVY.items() if heavy in others
                       and part not in parts]
         return found + [f"circle: {', '.join(circle)}" for circle in rooms.circles(pairs)], pairs

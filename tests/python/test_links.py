@@ -12,9 +12,8 @@ from scripts import BUILD, SOURCE, ScriptTest
 
 # options of the library and its programs; what follows must occur in the sources, with its dash or without its first
 # word
-OPTION = re.compile(
-    r"-(fault|ts_bathe|ts_adapt_rl|ts_adapt_pi|ts_adapt_heuristic|train|evaluate|"
-    r"mat_slip|pc_slip|snes_slip|sliding_mode|circuit|oscillator)_(\w+)")
+OPTION = re.compile(r"-(fault|ts_bathe|ts_adapt_rl|ts_adapt_pi|ts_adapt_heuristic|train|evaluate|"
+                    r"mat_slip|pc_slip|snes_slip|sliding_mode|circuit|oscillator)_(\w+)")
 # words of options that are put together from parts, and names that end in "_" because a list follows
 PARTS = re.compile(r"_$")
 

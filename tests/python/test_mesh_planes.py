@@ -14,8 +14,7 @@ import numpy as np
 COLUMNS = "x y z length width strike dip"
 # rate-and-state thrusting under load, which knows normal stress that follows slip
 THRUST = ("-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0",
-          "-fault_rake", "90",
-          "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e7")
+          "-fault_rake", "90", "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e7")
 
 
 def plane(strike, dip, corner, cells=(4, 3), size=(500.0, 400.0)):
@@ -45,8 +44,7 @@ class Run(FaultTest):
         shuffle = np.random.default_rng(1).permutation(len(rows))
         write(self.path("mesh.h5"), rows[shuffle], fault=np.arange(len(rows)) // 5)
         self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_length_x", 2000, "-fault_length_z", 1200, "-fault_depth_top",
-                   1000, "-fault_dip", 60,
-                   "-fault_output", "grid.h5", *THRUST)
+                   1000, "-fault_dip", 60, "-fault_output", "grid.h5", *THRUST)
         with h5py.File(self.path("grid.h5")) as file:
             grid = {name: file["fields"][name][()].reshape(len(file["fields/time"]), -1)
                     for name in ("slip", "slip_rate", "traction")}
@@ -87,8 +85,7 @@ class Run(FaultTest):
         plane elsewhere.
         1e-9: coordinates of 1e5 m round, and steps depend on errors continuously."""
         rake = np.where(np.arange(12) % 3 == 0, 90.0, 30.0)
-        with h5py.File(self.path("fields.h5"), "w") as file:
-            file["rake"] = rake
+        self.hdf5("fields.h5", rake=rake)
         slip = []
         for strike, corner in ((0, (0, 0, 500)), (125, (8e4, -1e5, 500))):
             write(self.path("mesh.h5"), plane(strike, 40, corner))
@@ -133,8 +130,7 @@ class Run(FaultTest):
         for mesh, at in (("one", f"{float(along)!r},{float(point[2])!r}"),
                          ("two", ",".join(repr(float(x)) for x in point))):
             self.fault("-fault_mesh", f"{mesh}.h5", *THRUST, *source, "-fault_injection", at, "-fault_output",
-                       f"out_{mesh}.h5",
-                       "-fault_output_fields", "slip,pore_pressure")
+                       f"out_{mesh}.h5", "-fault_output_fields", "slip,pore_pressure")
             with h5py.File(self.path(f"out_{mesh}.h5")) as file:
                 self.assertAlmostEqual(file["fields/time"][-1] / 1e5, 1)
                 pressure.append(file["fields/pore_pressure"][-1][:12])
@@ -216,31 +212,26 @@ BAD = {
     "another dataset": (dict(rows=BASE, faults=LABELS), "holds /faults, which nothing reads"),
 }
 # Rakes of -fault_parameters
-RAKES = {
-    "a rake of 400": (np.where(np.arange(12) == 3, 400.0, 90), "is 400, expected"),
-    "no rake": (np.where(np.arange(12) == 3, np.nan, 90), "is nan, expected"),
-    "rakes of other cells": (np.zeros(11), "/rake in fields.h5 has shape [11], expected [12]"),
-}
-GOOD = {
-    "a listric fault": np.concatenate([plane(20, 60, (0, 0, 100)),
-                                       plane(20, 30, np.array([0, 0, 100]) + 1200
-                                             * np.array([-np.sin(np.radians(20)) * 0.5, np.cos(np.radians(20)) * 0.5,
-                                                         np.sqrt(0.75)]))]),
-    "a splay whose edge is inside of a cell": through(-0.5, 20, 90),
-    "a branch whose edge is inside of a cell": through(0.5, 20, 30),
-    "segments of a bend": np.concatenate([plane(0, 90, (0, 0, 0)), plane(35, 90, (2000, 0, 0))]),
-    "four planes that meet in a line": np.concatenate([plane(strike, dip, (0, 0, 1000), (2, 2))
-                                                       for strike, dip in ((0, 90), (180, 30), (0, 30), (0, 60))]),
-    "planes cut where they cross": np.concatenate([plane(0, 90, (-1000, 0, 0), (4, 4)),
-                                                   plane(90, 90, (0, 0, 0), (2, 4)),
-                                                   plane(90, 90, (0, -1000, 0), (2, 4))]),
-    "parallel planes a metre apart": np.concatenate([BASE, BASE + [0, 1.0, 0, 0, 0, 0, 0]]),
-    "cells of other sizes beside each other": np.concatenate([plane(20, 60, (0, 0, 100), (1, 1), (600.0, 300.0)),
-                                                              plane(20, 60,
-                                                                    np.array([np.cos(np.radians(20)),
-                                                                              np.sin(np.radians(20)), 0]) * 600
-                                                                    + [0, 0, 100], (3, 3), (70.0, 100.0))]),
-}
+RAKES = {"a rake of 400": (np.where(np.arange(12) == 3, 400.0, 90), "is 400, expected"),
+         "no rake": (np.where(np.arange(12) == 3, np.nan, 90), "is nan, expected"),
+         "rakes of other cells": (np.zeros(11), "/rake in fields.h5 has shape [11], expected [12]"),}
+GOOD = {"a listric fault": np.concatenate([plane(20, 60, (0, 0, 100)),
+                                           plane(20, 30, np.array([0, 0, 100]) + 1200
+                                                 * np.array([-np.sin(np.radians(20)) * 0.5,
+                                                             np.cos(np.radians(20)) * 0.5, np.sqrt(0.75)]))]),
+        "a splay whose edge is inside of a cell": through(-0.5, 20, 90),
+        "a branch whose edge is inside of a cell": through(0.5, 20, 30),
+        "segments of a bend": np.concatenate([plane(0, 90, (0, 0, 0)), plane(35, 90, (2000, 0, 0))]),
+        "four planes that meet in a line": np.concatenate([plane(strike, dip, (0, 0, 1000), (2, 2)) for strike,
+                                                           dip in ((0, 90), (180, 30), (0, 30), (0, 60))]),
+        "planes cut where they cross": np.concatenate([plane(0, 90, (-1000, 0, 0), (4, 4)),
+                                                       plane(90, 90, (0, 0, 0), (2, 4)),
+                                                       plane(90, 90, (0, -1000, 0), (2, 4))]),
+        "parallel planes a metre apart": np.concatenate([BASE, BASE + [0, 1.0, 0, 0, 0, 0, 0]]),
+        "cells of other sizes beside each other": np.concatenate([plane(20, 60, (0, 0, 100), (1, 1), (600.0, 300.0)),
+                                                                  plane(20, 60, np.array([np.cos(np.radians(20)),
+                                                                                          np.sin(np.radians(20)), 0])
+                                                                        * 600 + [0, 0, 100], (3, 3), (70.0, 100.0))]),}
 
 
 class Input(FaultTest):
@@ -254,8 +245,7 @@ class Input(FaultTest):
             for name, data in more.items():
                 file[name] = data
         return subprocess.run([FAULT, "-fault_mesh", "mesh.h5", *THRUST, "-ts_max_steps", "1", *options],
-                              cwd=self.folder.name, capture_output=True,
-                              text=True)
+                              cwd=self.folder.name, capture_output=True, text=True)
 
     def refused(self, done, message):
         self.assertNotEqual(done.returncode, 0)
@@ -299,8 +289,7 @@ class Generator(FaultTest):
 
     def make(self, *arguments, code=0):
         done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples/make_mesh.py"), self.path("mesh.h5"),
-                               *arguments], capture_output=True,
-                              text=True)
+                               *arguments], capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stderr)
         if code:
             return done.stderr

@@ -18,10 +18,9 @@ OPENS = ("-fault_slip_components", "2", "-fault_opening", "yes", "-fault_initial
 # a thrust that reaches the ground; cells are coarse against its cohesive zone: their fronts are not of interest here
 CELLS, SIZE, DIP = (12, 8), (650.0, 600.0), 25
 THRUST = ("-fault_mesh", "mesh.h5", "-fault_parameters", "fields.h5", "-fault_stiffness_average", "cell", "-fault_rake",
-          "90", "-fault_slip_components",
-          "2", "-fault_initial", "traction", "-fault_initial_unstable", "-fault_friction_law", "linear_slip_weakening",
-          "-fault_friction_slip", "0.1",
-          "-fault_viscosity", "radiation", "-fault_thickness", "2000")
+          "90", "-fault_slip_components", "2", "-fault_initial", "traction", "-fault_initial_unstable",
+          "-fault_friction_law", "linear_slip_weakening", "-fault_friction_slip", "0.1", "-fault_viscosity",
+          "radiation", "-fault_thickness", "2000")
 DYNAMIC = ("-fault_inertia", "yes", "-ts_max_time", "20", "-fault_output_slip_interval", "0.1",
            "-fault_output_fields", "slip_rate,slip,traction,normal_stress")
 
@@ -37,11 +36,9 @@ class Opening(FaultTest):
         length, width = CELLS[0] * SIZE[0], CELLS[1] * SIZE[1]
         sigma = gradient * centre[:, 2] + offset
         edge = np.minimum(np.minimum(x, length - x), width - down) < 700
-        with h5py.File(self.path("fields.h5"), "w") as file:
-            file["normal_stress"] = sigma
-            file["initial_traction"] = np.where(np.hypot(x - length / 2, down - 0.65 * width) < 900, 0.61, 0.5) * sigma
-            file["friction_residual"] = np.full_like(x, 0.1)
-            file["friction_drop"] = np.where(edge, 1.5, 0.5)
+        self.hdf5("fields.h5", normal_stress=sigma,
+                  initial_traction=np.where(np.hypot(x - length / 2, down - 0.65 * width) < 900, 0.61, 0.5) * sigma,
+                  friction_residual=np.full_like(x, 0.1), friction_drop=np.where(edge, 1.5, 0.5))
 
     def test_penny_crack(self):
         """Sneddon's (1946) opening w = 4 (1 - nu) p sqrt(a^2 - r^2) / (pi G) of a disc of unstructured triangles in a
@@ -56,20 +53,15 @@ class Opening(FaultTest):
             vertices = np.stack([points[:, 0], points[:, 1] * np.cos(dip), 3 * radius + points[:, 1] * np.sin(dip)],
                                 axis=1)
             write_hdf5(self.path("disc.h5"), vertices, triangles)
-            with h5py.File(self.path("pressure.h5"), "w") as file:
-                file["time"] = [0.0, 1.0]
-                file["pressure"] = np.full((2, len(triangles)), 1e6 + p)
+            self.hdf5("pressure.h5", time=[0.0, 1.0], pressure=np.full((2, len(triangles)), 1e6 + p))
             self.fault("-fault_mesh", "disc.h5", "-fault_kernel", "full_space", *OPENS, "-fault_stiffness_average",
-                       "cell", "-fault_inertia", "no",
-                       "-fault_viscosity", "radiation", "-fault_normal_stress", "1e6", "-fault_normal_stress_gradient",
-                       0, "-fault_friction_law",
-                       "constant", "-fault_pore_pressure", "pressure.h5", "-fault_output", "disc_out.h5",
-                       "-fault_output_overwrite",
-                       "-ts_adapt_type", "basic", "-ts_max_time", "30")
+                       "cell", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_normal_stress", "1e6",
+                       "-fault_normal_stress_gradient", 0, "-fault_friction_law", "constant", "-fault_pore_pressure",
+                       "pressure.h5", "-fault_output", "disc_out.h5", "-fault_output_overwrite", "-ts_adapt_type",
+                       "basic", "-ts_max_time", "30")
             a, b, c = (points[triangles[:, k]] for k in range(3))
             area = abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
-            with h5py.File(self.path("disc_out.h5")) as file:
-                opening, slip = file["fields/opening"][-1], file["fields/slip"][-1]
+            opening, slip = self.get("disc_out.h5", "fields/opening")[-1], self.get("disc_out.h5", "fields/slip")[-1]
             exact = 4 * (1 - nu) * p * radius / (np.pi * G)
             off.append(opening @ area / (exact * 2 / 3 * np.pi * radius**2) - 1)
             r = np.hypot(*(points[triangles].mean(axis=1).T / radius))
@@ -87,10 +79,8 @@ class Opening(FaultTest):
         slip = []
         for opening in ("no", "yes"):
             printed = self.fault(*THRUST, "-fault_inertia", "no", "-fault_opening", opening, "-ts_adapt_type", "basic",
-                                 "-ts_max_time", "20", "-fault_output",
-                                 "out.h5", "-fault_output_overwrite")
-            with h5py.File(self.path("out.h5")) as file:
-                slip.append(file["fields/slip"][-1])
+                                 "-ts_max_time", "20", "-fault_output", "out.h5", "-fault_output_overwrite")
+            slip.append(self.get("out.h5", "fields/slip")[-1])
         self.assertIn("cells that opened:       0", printed)
         self.assertGreater(abs(slip[0]).max(), 0.1)
         np.testing.assert_allclose(slip[1], slip[0], rtol=0, atol=1e-6 * abs(slip[0]).max())
@@ -122,8 +112,7 @@ class Opening(FaultTest):
         self.assertGreater((opening > 0).sum(axis=1).max(), 3 * (opening[-1] > 0).sum())
         self.assertGreater(result["largest_opening"], 0.01)
         self.assertLessEqual(opening.max(), result["largest_opening"])
-        with h5py.File(self.path("fields.h5")) as file:
-            most = file["friction_residual"][()] + file["friction_drop"][()]
+        most = self.get("fields.h5", "friction_residual") + self.get("fields.h5", "friction_drop")
         size = np.hypot(traction[..., 0], traction[..., 1])
         self.assertTrue((size <= most * sigma * (1 + 1e-9)).all())
         self.assertTrue((size[opening > 0] == 0).all())
@@ -134,8 +123,7 @@ class Opening(FaultTest):
             power = series["loading_power"] - series["viscous_power"] - series["friction_power"]
             work = (np.diff(series["time"]) * (power[1:] + power[:-1]) / 2).sum()
             self.assertLess(abs(stored[-1] - stored[0] - work), 0.01 * abs(stored - stored[0]).max())
-        with h5py.File(self.path("two.h5")) as file:
-            np.testing.assert_allclose(file["fields/slip"][-1], slip[-1], rtol=0, atol=1e-6 * slip.max())
+        np.testing.assert_allclose(self.get("two.h5", "fields/slip")[-1], slip[-1], rtol=0, atol=1e-6 * slip.max())
         with h5py.File(self.path("cut.h5")) as file:
             for name, expected in (("opening", opening), ("slip", slip)):
                 np.testing.assert_array_equal(file["fields/" + name][()], expected)
@@ -147,16 +135,13 @@ class Opening(FaultTest):
         have none at all; what the run says of them, in its summary and while it runs, is what /fields have of every
         step."""
         options = ("-fault_nx", 5, "-fault_nz", 4, "-fault_length_x", 5e3, "-fault_length_z", 4e3, "-fault_dip", 20,
-                   "-fault_rake", 90,
-                   "-fault_normal_stress_gradient", 0, "-fault_friction_law", "constant", "-fault_friction_residual",
-                   0.3, "-fault_initial", "traction",
-                   "-fault_initial_unstable", "-fault_inertia", "no", "-fault_viscosity", "radiation",
-                   "-fault_output_fields", "normal_stress")
+                   "-fault_rake", 90, "-fault_normal_stress_gradient", 0, "-fault_friction_law", "constant",
+                   "-fault_friction_residual", 0.3, "-fault_initial", "traction", "-fault_initial_unstable",
+                   "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_output_fields", "normal_stress")
         for stress, lost, ranks in ((2e6, True, 1), (2e6, True, 2), (2e6, False, 2), (500, False, 1)):
             name = f"clamp_{stress}_{lost}_{ranks}.h5"
             text = self.fault(*options, "-fault_normal_stress", stress, "-fault_initial_traction",
-                              (3 if lost else 0.75) * stress, "-ts_max_time", 20,
-                              "-fault_output", name, ranks=ranks)
+                              (3 if lost else 0.75) * stress, "-ts_max_time", 20, "-fault_output", name, ranks=ranks)
             with h5py.File(self.path(name)) as file:
                 sigma = file["fields/normal_stress"][()].reshape(-1, 20)
                 result = dict(file["result"].attrs)
@@ -178,18 +163,15 @@ class Opening(FaultTest):
         """Slip in a vertical plane leaves its own normal stress as it is, whatever its direction, and changes that of a
         parallel plane."""
         for count in (1, 2):
-            with h5py.File(self.path("planes.h5"), "w") as file:
-                file["cells"] = [[0, 1000 * k, 5000, 1000, 1000, 0, 90] for k in range(count)]
-                file["cells"].attrs["units"] = "m"
+            self.hdf5("planes.h5", units={"cells": "m"},
+                      cells=[[0, 1000 * k, 5000, 1000, 1000, 0, 90] for k in range(count)])
             text = self.fault("-fault_mesh", "planes.h5", "-fault_slip_components", 2, "-fault_viscosity", "radiation",
                               "-ts_max_time", 0.1)
             self.assertEqual("least normal stress:" in text, count == 2)
         # a stiffness from a file does not say what slip changes, whatever the dip
-        with h5py.File(self.path("k.h5"), "w") as file:
-            file["K"] = 1e7 * np.eye(2)
+        self.hdf5("k.h5", K=1e7 * np.eye(2))
         text = self.fault("-fault_nx", 2, "-fault_nz", 1, "-fault_dip", 30, "-fault_stiffness_file", "k.h5:/K",
-                          "-fault_viscosity", "radiation",
-                          "-ts_max_time", 0.1)
+                          "-fault_viscosity", "radiation", "-ts_max_time", 0.1)
         self.assertNotIn("least normal stress:", text)
 
     def test_refused(self):

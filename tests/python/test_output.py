@@ -92,8 +92,7 @@ class OutputTest(ScriptTest):
     def test_truncated_file(self):
         with open(write_run(self.path("whole.h5"), 40), "rb") as file:
             whole = file.read()
-        with open(self.path("cut.h5"), "wb") as file:
-            file.write(whole[: len(whole) // 2])
+        self.put("cut.h5", whole[: len(whole) // 2])
         with self.assertRaisesRegex(OutputError, "cut.h5: not a complete HDF5 file"):
             Run(self.path("cut.h5"))
 

@@ -1,22 +1,17 @@
 #!/usr/bin/env python3
 """What the output of an explicit run of rate-and-state friction holds: attempts and what they cost, moment rate and the
 parameters that it is made of, pore pressure; also of planes, and of a run that goes on from a checkpoint."""
-import os
-import subprocess
-import sys
 import unittest
 
-from scripts import SOURCE, FaultTest
+from scripts import TWO_PLANES, FaultTest
 
 import h5py
 import numpy as np
 
 YEAR = 31557600.0
 RUN = ["-fault_nx", "6", "-fault_nz", "4", "-fault_length_x", "12e3", "-fault_length_z", "8e3", "-fault_friction_law",
-       "rate_and_state",
-       "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_loading_rate", "1e-9",
-       "-fault_initial_rate", "1e-10",
-       "-fault_shear_modulus", "32e9", "-fault_friction_slip", "0.05"]
+       "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_loading_rate",
+       "1e-9", "-fault_initial_rate", "1e-10", "-fault_shear_modulus", "32e9", "-fault_friction_slip", "0.05"]
 ADAMS, RK = ["-ts_adapt_type", "basic"], ["-ts_type", "rk", "-ts_rk_type", "3bs", "-ts_adapt_type", "basic"]
 
 
@@ -60,18 +55,14 @@ class Explicit(FaultTest):
     def test_moment_of_planes(self):
         """A column for each of two planes that slip differently, of a mesh in any order, on ranks, and over a
         restart."""
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
-                        "5", "4",
-                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True,
-                       capture_output=True)
+        self.make_mesh("mesh", TWO_PLANES)
         with h5py.File(self.path("mesh"), "r+") as file:
             cells = file["cells"][...]
             cells = cells[np.random.default_rng(1).permutation(len(cells))]
             file["cells"][...] = cells
         planes = [np.flatnonzero(cells[:, 1] == y) for y in dict.fromkeys(cells[:, 1])]
         self.assertEqual(len(planes), 2)
-        with h5py.File(self.path("fields"), "w") as file:
-            file["friction_slip"] = np.where(cells[:, 1] == 0, 0.1, 0.2)
+        self.hdf5("fields", friction_slip=np.where(cells[:, 1] == 0, 0.1, 0.2))
         more = ["-fault_mesh", "mesh", "-fault_parameters", "fields", "-ts_adapt_type", "heuristic", "-ts_max_time",
                 "15", "-fault_output_interval", "1"]
         for ranks in (1, 2):
@@ -86,8 +77,7 @@ class Explicit(FaultTest):
         super().fault(*more, "-fault_output", "part.h5", "-fault_checkpoint", "state", "-ts_max_steps", "9", ranks=2,
                       code=3)
         super().fault(*more, "-fault_output", "part.h5", "-fault_restart", "state", ranks=2)
-        with h5py.File(self.path("part.h5")) as file:
-            np.testing.assert_array_equal(file["series/moment_rate"], rate)
+        np.testing.assert_array_equal(self.get("part.h5", "series/moment_rate"), rate)
 
     def test_moment(self):
         """G sum A v of /fields and /parameters, with the sign of the slip; and the counts of a run in two parts."""
@@ -107,8 +97,7 @@ class Explicit(FaultTest):
                 whole = {key: file[key][...] for key in ("series/moment_rate", "steps/right_hand_sides",
                                                          "steps/error")}, dict(file["result"].attrs)
         self.assertEqual((parameters["shear_modulus"], parameters["poisson_ratio"], parameters["area"],
-                          parameters["length_x"], parameters["nx"],
-                          parameters["friction_law"], parameters["inertia"]),
+                          parameters["length_x"], parameters["nx"], parameters["friction_law"], parameters["inertia"]),
                          (32e9, 0.25, 96e6, 12e3, 6, b"rate_and_state", 0))
         self.assertNotIn("normal_stress", parameters)  # cell by cell in /mesh
         self.fault("two.h5", *more, "-ts_max_steps", "25", "-fault_checkpoint", "state", code=3)

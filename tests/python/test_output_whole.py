@@ -26,9 +26,7 @@ os.environ["OMPI_MCA_btl"] = "self"  # runs on one rank send nothing
 MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 3
 STEP, STEPS = 0.0625, 480  # [s]; 3.2 kB of fields a step
 RUN = [FAULT, "-fault_nx", "10", "-fault_nz", "10", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt",
-       str(STEP),
-       "-fault_output_interval", "1",
-       "-fault_output_overwrite"]
+       str(STEP), "-fault_output_interval", "1", "-fault_output_overwrite"]
 random.seed(int(sys.argv[2]) if len(sys.argv) > 2 else 11)
 
 

@@ -81,9 +81,8 @@ class Scales(unittest.TestCase):
         for peaks, wanted, log in (((0.3, 0.7, 1.0, 0.9, 0.5, 0.2), None, False),
                                    ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), None, True),
                                    ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), False, False)):
-            maps = SimpleNamespace(name="slip_rate",
-                                   maps=lambda rows, peaks=peaks: np.multiply.outer(
-                                       peaks, [[-1.0, 0.5], [0.0, np.nan]]))
+            maps = SimpleNamespace(name="slip_rate", maps=lambda rows,
+                                   peaks=peaks: np.multiply.outer(peaks, [[-1.0, 0.5], [0.0, np.nan]]))
             self.assertEqual(logarithmic(maps, range(6), Clock(0, 30), wanted), log)  # of an event with one fast cell
 
     def test_planes_lie_where_their_maps_are_larger(self):

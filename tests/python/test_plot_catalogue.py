@@ -268,8 +268,7 @@ class Pictures(PictureTest):
                                  "--every-event", "0.5")
         self.assertEqual(code, 0, err)
         self.assertRegex(err, r"^slipstep plot-catalogue: .*run.h5 has too few rows of /fields in \d+ events for a "
-                         r"line every 0.5 s: .* "
-                         r"-fault_output_interval or -fault_output_slip_interval\n$")
+                         r"line every 0.5 s: .* " r"-fault_output_interval or -fault_output_slip_interval\n$")
         self.look(self.path("c.png"))
 
     def test_one_event(self):

@@ -100,8 +100,7 @@ class Reference(ScriptTest):
             public |= set(re.findall(r"^PETSC_EXTERN[\w\s*]*?(\w+)\(", text, re.M))
         self.assertGreater(len(public), 100)  # the search itself found the headers
         self.assertEqual(public - written, set())
-        with open(self.path("out/index.html"), encoding="utf-8") as f:
-            index = f.read()
+        index = self.content("out/index.html")
         for name in public:
             self.assertIn(f'href="{name}.html"', index)
 
@@ -122,10 +121,9 @@ class Reference(ScriptTest):
         for comment, code in (("/* Twice x */\n", 0), ("", 1), ("/* Twice x */\n\n", 1)):
             with self.subTest(comment):
                 os.makedirs(self.path("src/core"), exist_ok=True)
-                with open(self.path("src/core/twice.c"), "w", encoding="utf-8") as f:
-                    f.write("/* A file. */\n#include <slipcore.h>\n\nstatic double Same(double x)\n{\n  "
-                            "return x;\n}\n\n"
-                            + comment + "double SlipTwice(double x)\n{\n  return 2 * Same(x);\n}\n")
+                self.put("src/core/twice.c",
+                         "/* A file. */\n#include <slipcore.h>\n\nstatic double Same(double x)\n{\n  "
+                         "return x;\n}\n\n" + comment + "double SlipTwice(double x)\n{\n  return 2 * Same(x);\n}\n")
                 run = self.check(PAGE)
                 self.assertEqual(run.returncode, code)
                 self.assertEqual("src/core/twice.c:" in run.stderr and "SlipTwice has no comment" in run.stderr,
@@ -138,8 +136,7 @@ class Reference(ScriptTest):
 
     def test_names_are_looked_up_in_the_headers_given(self):
         os.makedirs(self.path("petsc"))
-        with open(self.path("petsc/petscvec.h"), "w", encoding="utf-8") as f:
-            f.write("PETSC_EXTERN PetscErrorCode VecCreate(MPI_Comm, Vec *);\n")
+        self.put("petsc/petscvec.h", "PETSC_EXTERN PetscErrorCode VecCreate(MPI_Comm, Vec *);\n")
         self.assertEqual(self.check(PAGE, HEADER, "--petsc", self.path("petsc")).returncode, 0)
         run = self.check(PAGE.replace("VecCreate", "VecCreat"), HEADER, "--petsc", self.path("petsc"))
         self.assertIn("see also VecCreat, which does not exist", run.stderr)

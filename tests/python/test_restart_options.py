@@ -25,29 +25,26 @@ EVENT = "-fault_nx 4 -fault_nz 3 -ts_max_time 12 -ts_adapt_type heuristic"
 SMOOTH = """-fault_nx 4 -fault_nz 3 -fault_friction_law rate_and_state -fault_friction_slip 0.02 
  -fault_loading_rate 1e-9 -fault_normal_stress 5e7 -fault_normal_stress_gradient 0 -ts_max_time 30y"""
 # Runs, and the steps after which they stop and go on
-RUNS = {
-    "event": (EVENT, 12),
-    "policy": ("-fault_nx 4 -fault_nz 3 -ts_max_time 12", 12),
-    "pi": (EVENT.replace("heuristic", "pi"), 12),
-    "thrust": (EVENT + " -fault_dip 40 -fault_rake 90", 12),
-    "mesh": (EVENT.replace("-fault_nx 4 -fault_nz 3", "-fault_mesh mesh.h5 -fault_mesh_frame ned -fault_mesh_unit km"),
-             12),
-    "waves": (EVENT.split(" -ts_adapt")[0] + " -fault_medium waves -fault_kernel full_space -fault_initial traction "
-              "-fault_initial_traction 1e8 "
-              "-fault_initial_unstable", 12),
-    "lanczos": (EVENT + " -fault_viscosity lanczos", 12),
-    "hmat": (EVENT + " -fault_operator hmat", 12),
-    "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
-    "smooth": (SMOOTH, 12),
-    "transforms": (SMOOTH + " -fault_operator fft", 12),
-    "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 "
-                       "-fault_healing_time 100", 12),
-    "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 "
-                          "-fault_injection_pressure 2e7 "
-                          "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
-    "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 "
-                       "-ts_max_time 200", 5),
-}
+RUNS = {"event": (EVENT, 12),
+        "policy": ("-fault_nx 4 -fault_nz 3 -ts_max_time 12", 12),
+        "pi": (EVENT.replace("heuristic", "pi"), 12),
+        "thrust": (EVENT + " -fault_dip 40 -fault_rake 90", 12),
+        "mesh": (EVENT.replace("-fault_nx 4 -fault_nz 3",
+                               "-fault_mesh mesh.h5 -fault_mesh_frame ned -fault_mesh_unit km"), 12),
+        "waves": (EVENT.split(" -ts_adapt")[0]
+                  + " -fault_medium waves -fault_kernel full_space -fault_initial traction "
+                  "-fault_initial_traction 1e8 " "-fault_initial_unstable", 12),
+        "lanczos": (EVENT + " -fault_viscosity lanczos", 12),
+        "hmat": (EVENT + " -fault_operator hmat", 12),
+        "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
+        "smooth": (SMOOTH, 12),
+        "transforms": (SMOOTH + " -fault_operator fft", 12),
+        "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 "
+                   "-fault_healing_time 100", 12),
+        "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 "
+                      "-fault_injection_pressure 2e7 " "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
+        "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 "
+                   "-ts_max_time 200", 5),}
 # What becomes of an option by what it is part of: the first, or where the table says so another
 BECOMES = {"problem": (REFUSED, FILE), "steps": (ANNOUNCED,), "run": (SAME, ANNOUNCED), "output": (SAME, FILE, REFUSED)}
 # option: (run, value), in a run where it counts, and what becomes of it where -help does not say what it is part of, or

@@ -67,8 +67,7 @@ class Results(FaultTest):
         """open() has what run() returns; FILE.part of a run that was stopped; what is no such file."""
         self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_stiffness_average", "whole", "-fault_output", "run.h5",
                    "-fault_catalogue", "events.h5")
-        with open(self.path("text"), "w") as file:
-            file.write("no HDF5")
+        self.put("text", "no HDF5")
         done = python("-c", textwrap.dedent(f"""
             import os, slipstep
             folder = {self.folder.name!r}
@@ -88,8 +87,7 @@ class Results(FaultTest):
 
     def test_options_file(self):
         """Keywords override the file, and what it has of cells overrides the default of 10 x 10, on both backends."""
-        with open(self.path("few.opts"), "w") as file:
-            file.write("-fault_nx 6\n-fault_nz 4\n-ts_max_time 2\n")
+        self.put("few.opts", "-fault_nx 6\n-fault_nz 4\n-ts_max_time 2\n")
         done = python("-c", textwrap.dedent(f"""
             import slipstep
             for backend in ["program", slipstep.Fault.backend]:

@@ -2,11 +2,10 @@
 their picture, and what is refused."""
 
 import os
-import subprocess
 import sys
 import unittest
 
-from scripts import FAULT, SOURCE, PictureTest
+from scripts import SOURCE, FaultTest, PictureTest
 
 import h5py
 import numpy as np
@@ -62,21 +61,15 @@ def bp6_slip(cell, days):
     return y[0]
 
 
-class SeasTest(PictureTest):
+class SeasTest(PictureTest, FaultTest):
     def run_benchmark(self, name, cell, years, *options):
         """Run and events of a benchmark; the script's words."""
         fields, run, events = self.path("fields.h5"), self.path("run.h5"), self.path("events.h5")
-        done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_seas.py"), name, fields, "--cell",
-                               str(cell)],
-                              capture_output=True, text=True, check=True)
-        nx, nz = done.stdout.split()
-        subprocess.run([FAULT, "-options_file", os.path.join(SOURCE, "examples", f"seas_{name}.opts"), "-fault_nx", nx,
-                        "-fault_nz", nz,
-                        "-fault_parameters", fields, "-fault_output", run, "-fault_catalogue", events,
-                        "-fault_progress", "no",
-                        "-ts_max_time", repr(years * YEAR),
-                        *(("-fault_pore_pressure", self.path("fields_pressure.h5")) if name == "bp6" else ()),
-                        *options], cwd=self.folder.name, check=True, capture_output=True)
+        nx, nz = self.run_example("make_seas.py", name, fields, "--cell", cell).split()
+        self.fault("-options_file", os.path.join(SOURCE, "examples", f"seas_{name}.opts"), "-fault_nx", nx, "-fault_nz",
+                   nz, "-fault_parameters", fields, "-fault_output", run, "-fault_catalogue", events, "-ts_max_time",
+                   repr(years * YEAR), *(("-fault_pore_pressure", "fields_pressure.h5") if name == "bp6" else ()),
+                   *options)
         return Run(run), None if name == "bp6" else Events(events), self.plot("seas", name, run, events)
 
     def file(self, name):
@@ -192,16 +185,11 @@ class SeasTest(PictureTest):
         made = make_seas.bp4(4000.0)
         slips = []
         for turned in (np.s_[:, :], np.s_[::-1, ::-1]):
-            with h5py.File(self.path("turned.h5"), "w") as file:
-                for name, (values, _) in made.items():
-                    file[name] = values[turned]
-            subprocess.run([FAULT, "-options_file", os.path.join(SOURCE, "examples", "seas_bp4.opts"), "-fault_nx",
-                            "25", "-fault_nz", "20", "-fault_parameters",
-                            self.path("turned.h5"), "-fault_output", self.path("turned_run.h5"),
-                            "-fault_output_overwrite", "-fault_progress", "no", "-ts_max_time", "100"],
-                           cwd=self.folder.name, check=True, capture_output=True)
-            with h5py.File(self.path("turned_run.h5")) as file:
-                slips.append(file["fields/slip"][-1])
+            self.hdf5("turned.h5", **{name: values[turned] for name, (values, _) in made.items()})
+            self.fault("-options_file", os.path.join(SOURCE, "examples", "seas_bp4.opts"), "-fault_nx", 25, "-fault_nz",
+                       20, "-fault_parameters", "turned.h5", "-fault_output", "turned_run.h5",
+                       "-fault_output_overwrite", "-ts_max_time", 100)
+            slips.append(self.get("turned_run.h5", "fields/slip")[-1])
         self.assertGreater(slips[0].max(), 0.3)
         # single precision
         np.testing.assert_allclose(slips[1][::-1, ::-1], slips[0], rtol=0, atol=1e-6 * slips[0].max())
@@ -233,19 +221,14 @@ class SeasTest(PictureTest):
                                    rtol=1e-9, atol=1e-6)
         made = make_seas.bp7(25.0)
         push = 1.75e6 * np.sin(np.linspace(0, np.pi, 32)) ** 4
-        with h5py.File(self.path("even.h5"), "w") as file:
-            for name, (values, _) in made.items():
-                file[name] = values
-            outside = made["friction_a"][0] > 0.01
-            steady = [made["initial_traction"][0][~outside].min(), made["initial_traction"][0][outside].min()]
-            file["initial_traction"][...] = np.where(outside, steady[1], steady[0]) + push[:, None] * push / 1.75e6
-        subprocess.run([FAULT, "-options_file", os.path.join(SOURCE, "examples", "seas_bp7.opts"), "-fault_nx", "32",
-                        "-fault_nz", "32", "-fault_parameters",
-                        self.path("even.h5"), "-fault_output", self.path("even_run.h5"), "-fault_progress", "no",
-                        "-ts_max_time", "100"],
-                       cwd=self.folder.name, check=True, capture_output=True)
-        with h5py.File(self.path("even_run.h5")) as file:
-            slip = file["fields/slip"][-1]
+        fields = {name: values for name, (values, _) in made.items()}
+        outside, start = fields["friction_a"] > 0.01, fields["initial_traction"]
+        fields["initial_traction"] = (np.where(outside, start[outside].min(), start[~outside].min())
+                                      + push[:, None] * push / 1.75e6)
+        self.hdf5("even.h5", **fields)
+        self.fault("-options_file", os.path.join(SOURCE, "examples", "seas_bp7.opts"), "-fault_nx", 32, "-fault_nz", 32,
+                   "-fault_parameters", "even.h5", "-fault_output", "even_run.h5", "-ts_max_time", 100)
+        slip = self.get("even_run.h5", "fields/slip")[-1]
         self.assertGreater(slip[..., 0].max(), 0.01)
         self.assertGreater(np.abs(slip[..., 1]).max(), 1e-4 * slip[..., 0].max())
         for turned in (slip[::-1] * [1, -1], slip[:, ::-1] * [1, -1]):
@@ -284,8 +267,7 @@ class SeasTest(PictureTest):
         dips = [0, 25, 50, 75, 100, 125, 150, 175, 200, 250, 300, 350]  # in tenths of a km, along the dip
         stations = ";".join(f"19.5e6,{100 * d * np.sin(np.pi / 3):.9g}" for d in dips)
         run, events, said = self.run_benchmark("bp3", 200, 240, "-fault_dip", "60", "-fault_rake", "90",
-                                               "-fault_stations", stations,
-                                               "-fault_surface_stations",
+                                               "-fault_stations", stations, "-fault_surface_stations",
                                                "19.5e6,-16e3;19.5e6,-1e-3;19.5e6,0;19.5e6,16e3")
         self.assertIn("Files: 17 in ", said)
         self.look(self.path("run_seas.png"))
@@ -391,12 +373,11 @@ class SeasTest(PictureTest):
         self.refused("make_seas", "No such file", "bp5", self.path("no/f.h5"), "--cell", "2000")
         self.refused("seas", "no such file", "bp5", self.path("no.h5"), self.path("no.h5"))
         self.refused("seas", "invalid choice: 'bp9'", "bp9", "a.h5", "b.h5", code=2)
-        weakens = [FAULT, "-fault_nx", "6", "-fault_nz", "5", "-fault_progress", "no", "-fault_output", "run.h5",
-                   "-fault_catalogue", "events.h5"]
         for options, message in (((), "no /stations; run with -fault_stations"),
                                  (("-fault_stations", "100,100"),
                                   "expected a run with -fault_friction_law rate_and_state")):
-            subprocess.run([*weakens, *options], cwd=self.folder.name, check=True, capture_output=True)
+            self.fault("-fault_nx", 6, "-fault_nz", 5, "-fault_output", "run.h5", "-fault_catalogue", "events.h5",
+                       *options)
             self.refused("seas", message, "bp5", self.path("run.h5"), self.path("events.h5"))
         self.refused("seas", "no catalogue of events", "bp5", self.path("run.h5"), self.path("run.h5"))
         self.assertFalse(os.path.exists(self.path("run_seas.png")))

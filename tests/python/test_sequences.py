@@ -2,9 +2,7 @@
 length of the theory; rate weakening that swings; operators; the front of a rupture from a patch."""
 
 import os
-import subprocess
 import sys
-import tempfile
 import unittest
 from math import log, pi, sqrt
 
@@ -26,11 +24,9 @@ G, RHO, NU, SIDE, SIGMA, RESIDUAL, DROP, SLIP, LOADING, HEALING = (30e9, 2500.0,
 K = G * sqrt(2) / pi * (7 / 3) / SIDE  # of a square in a full space
 H = G / (2 * sqrt(G / RHO))
 BLOCK = ("-fault_nx", 1, "-fault_nz", 1, "-fault_length_x", SIDE, "-fault_length_z", SIDE, "-fault_kernel",
-         "full_space", "-fault_normal_stress", SIGMA,
-         "-fault_normal_stress_gradient", 0, "-fault_friction_residual", RESIDUAL, "-fault_friction_drop", DROP,
-         "-fault_initial", "rest",
-         "-fault_loading_rate", LOADING, "-fault_viscosity", "radiation", "-fault_progress", "no", "-fault_catalogue",
-         "events.h5")
+         "full_space", "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_residual",
+         RESIDUAL, "-fault_friction_drop", DROP, "-fault_initial", "rest", "-fault_loading_rate", LOADING,
+         "-fault_viscosity", "radiation", "-fault_progress", "no", "-fault_catalogue", "events.h5")
 
 
 class LongHistoryTest(FaultTest):
@@ -38,11 +34,9 @@ class LongHistoryTest(FaultTest):
         """The file and the catalogue of 2 x 1 blocks from a time on, the file of which has steps, fields and
         stations."""
         self.fault(*BLOCK[:-1], f"{name}_events.h5", "-fault_nx", 2, "-fault_friction_slip", SLIP,
-                   "-fault_healing_time", HEALING, "-fault_inertia", "no",
-                   "-fault_loading_rate", 1e-8, "-fault_stations", "0,0", "-fault_output_interval", 50,
-                   "-ts_init_time", f"{begin:.17g}",
-                   "-ts_max_time", f"{begin + years * YEAR:.17g}", "-fault_output", f"{name}.h5", *options,
-                   code=code)
+                   "-fault_healing_time", HEALING, "-fault_inertia", "no", "-fault_loading_rate", 1e-8,
+                   "-fault_stations", "0,0", "-fault_output_interval", 50, "-ts_init_time", f"{begin:.17g}",
+                   "-ts_max_time", f"{begin + years * YEAR:.17g}", "-fault_output", f"{name}.h5", *options, code=code)
         return [None if code else h5py.File(self.path(f"{name}{kind}.h5")) for kind in ("", "_events")]
 
     def test_long_histories(self):
@@ -76,8 +70,7 @@ class LongHistoryTest(FaultTest):
     def test_runs_that_keep_their_origin(self):
         """A pressure is of absolute times: such a run says at its start what would end it."""
         options = (*BLOCK[:8], "-fault_initial", "rest", "-fault_injection", "500,500", "-fault_injection_pressure",
-                   1e6, "-fault_injection_diffusivity", 1,
-                   "-ts_max_steps", 1)
+                   1e6, "-fault_injection_diffusivity", 1, "-ts_max_steps", 1)
         self.assertIn("a step below 0.007 s is lost", self.fault(*options, "-ts_max_time", "1e6y", code=3))
         self.assertNotIn("is lost", self.fault(*options, "-ts_max_time", "4000y", code=3))
 
@@ -163,9 +156,8 @@ class SequencesTest(FaultTest):
         """The largest error of the events' onsets, in intervals. None is lost."""
         interval = expected[-1, 0] - expected[-1 - period, 0]
         event = self.events("-fault_inertia", "yes", "-fault_loading_rate", str(block.loading),
-                            "-fault_friction_residual", str(block.residual), "-fault_thickness",
-                            str(block.M / RHO), *options, slip=block.slip, healing=block.healing,
-                            until=expected[-1, 1] + 0.3 * interval)
+                            "-fault_friction_residual", str(block.residual), "-fault_thickness", str(block.M / RHO),
+                            *options, slip=block.slip, healing=block.healing, until=expected[-1, 1] + 0.3 * interval)
         self.assertEqual(len(event["onset"]), len(expected))
         return np.max(np.abs(event["onset"] - expected[:, 0])) / interval
 
@@ -193,9 +185,8 @@ class SequencesTest(FaultTest):
         (measured: 883 attempts of which 154 are refused, and 1124 and 206 so).
         The onset is that of finer tolerances, 108.32 years."""
         self.fault("-fault_nx", 12, "-fault_nz", 6, "-fault_length_x", 12 * SIDE, "-fault_length_z", 6 * SIDE,
-                   *BLOCK[8:], "-fault_inertia", "no",
-                   "-fault_friction_slip", 0.244, "-fault_healing_time", HEALING, "-ts_max_time", "110y", "-ts_rtol",
-                   "1e-3", "-fault_output", "run.h5")
+                   *BLOCK[8:], "-fault_inertia", "no", "-fault_friction_slip", 0.244, "-fault_healing_time", HEALING,
+                   "-ts_max_time", "110y", "-ts_rtol", "1e-3", "-fault_output", "run.h5")
         with h5py.File(self.path("run.h5")) as file, h5py.File(self.path("events.h5")) as events:
             onset = events["onset"][0]
             before = file["steps/time"][()] < onset
@@ -247,19 +238,12 @@ class SequencesTest(FaultTest):
 
     def grid(self, *options, years=500, nx=10, side=2 * SIDE, controller="heuristic"):
         """Events of nx x nx/2 square cells whose strengths differ"""
-        path = os.path.join(self.folder.name, "events.h5")
-        with h5py.File(os.path.join(self.folder.name, "strength.h5"), "w") as file:
-            file["friction_drop"] = 0.08 + 0.04 * np.random.default_rng(1).random((nx // 2, nx))
-        command = [FAULT, "-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", nx * side, "-fault_length_z",
-                   nx // 2 * side, "-fault_normal_stress", SIGMA,
-                   "-fault_normal_stress_gradient", 0, "-fault_parameters", "strength.h5", "-fault_initial", "rest",
-                   "-fault_loading_rate", LOADING,
-                   "-ts_adapt_type", controller, "-fault_progress", "no", "-fault_catalogue", path, "-ts_max_time",
-                   f"{years * YEAR:.17g}", *options]
-        done = subprocess.run([str(word) for word in command], cwd=self.folder.name, capture_output=True, text=True,
-                              timeout=1000)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        event = Catalogue(path).event
+        self.hdf5("strength.h5", friction_drop=0.08 + 0.04 * np.random.default_rng(1).random((nx // 2, nx)))
+        self.fault("-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", nx * side, "-fault_length_z", nx // 2
+                   * side, "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_parameters",
+                   "strength.h5", "-fault_initial", "rest", "-fault_loading_rate", LOADING, "-ts_adapt_type",
+                   controller, "-fault_catalogue", "events.h5", "-ts_max_time", f"{years * YEAR:.17g}", *options)
+        event = Catalogue(self.path("events.h5")).event
         os.remove(path)
         return event, int(done.stdout.split("Bathe solves:")[1].split()[0])
 
@@ -267,9 +251,8 @@ class SequencesTest(FaultTest):
         """Onsets [years] and largest slip rates of events of 16 x 8 cells whose weakening is 0.65 of their own
         stiffness, of what reaches 0.1 mm/s"""
         event, _ = self.grid("-fault_friction_slip", SIGMA * DROP / (0.65 * K), "-fault_healing_time", HEALING,
-                             "-fault_viscosity", "radiation", "-fault_inertia", "no",
-                             "-fault_kernel", "full_space", "-fault_event_rate", 1e-4, *options, controller=controller,
-                             nx=16, side=SIDE, years=years)
+                             "-fault_viscosity", "radiation", "-fault_inertia", "no", "-fault_kernel", "full_space",
+                             "-fault_event_rate", 1e-4, *options, controller=controller, nx=16, side=SIDE, years=years)
         return event["onset"] / YEAR, event["peak_slip_rate"]
 
     def test_marginal(self):
@@ -316,19 +299,15 @@ class SequencesTest(FaultTest):
         """16 x 8 cells with inertia by steps that are explicit or implicit: 1,600 solves take it through 3 events and
         the creep after them. Where an implicit step of months is refused before an event, steps are not of seconds
         until the end of these months. Stopped on the way to implicit steps it goes on to the same bits."""
-        fields = os.path.join(self.folder.name, "fields.h5")
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_fault.py"), fields, "--cells", "16", "8",
-                        "--size", "20000", "10000", "--stress", "0.5",
-                        "--seed", "31"], check=True, capture_output=True)
+        self.run_example("make_fault.py", *"fields.h5 --cells 16 8 --size 20000 10000 --stress 0.5 --seed 31".split())
         found = {}
 
         def run(name, *options, code=0):
             text = self.fault("-options_file", os.path.join(SOURCE, "examples", "fault_centuries.opts"),
-                              "-fault_inertia", "yes", "-fault_nx", 16, "-fault_nz", 8,
-                              "-fault_length_x", 20e3, "-fault_length_z", 10e3, "-fault_parameters", fields,
-                              "-ts_adapt_type", "dsp", "-ts_max_time", "20y",
-                              "-fault_progress", "no", "-fault_catalogue", f"{name}_events.h5", "-fault_output",
-                              f"{name}.h5", *options, code=code)
+                              "-fault_inertia", "yes", "-fault_nx", 16, "-fault_nz", 8, "-fault_length_x", 20e3,
+                              "-fault_length_z", 10e3, "-fault_parameters", "fields.h5", "-ts_adapt_type", "dsp",
+                              "-ts_max_time", "20y", "-fault_progress", "no", "-fault_catalogue", f"{name}_events.h5",
+                              "-fault_output", f"{name}.h5", *options, code=code)
             if not code:
                 found[name] = Catalogue(self.path(f"{name}_events.h5")).event["onset"], int(
                     text.split("products with K:")[1].split()[0])
@@ -339,9 +318,10 @@ class SequencesTest(FaultTest):
         np.testing.assert_allclose(found["auto"][0], found["implicit"][0],
                                    atol=1e-3 * np.diff(found["implicit"][0]).min())
         self.assertLess(found["auto"][1], 0.95 * found["implicit"][1])
-        with h5py.File(self.path("auto.h5")) as file:
-            is_explicit, accepted, dt = file["steps/method"][()] == 1, file["steps/accepted"][()] == 1, file[
-                "steps/dt"][()]
+        is_explicit, accepted, dt = self.get("auto.h5",
+                                             "steps/method") == 1, self.get("auto.h5",
+                                                                            "steps/accepted") == 1, self.get("auto.h5",
+                                                                                                             "steps/dt")
         # within a row of explicit steps before an implicit one; how long rows are is rounding's
         after = lambda n: [k for k in range(n, len(accepted)) if accepted[k] and not is_explicit[k]
                            and is_explicit[k - n : k].all() and dt[k] < 100]
@@ -358,17 +338,13 @@ class SequencesTest(FaultTest):
         implicit steps alone: onsets differ by what slips at 1e-2 may be off, a hundredth of an interval at the third;
         the fifth hangs on rounding. The run is the same to the bit where nobody looks on, and where it goes on from
         within an event."""
-        fields = os.path.join(self.folder.name, "fields.h5")
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_fault.py"), fields, "--cells", "16", "8",
-                        "--size", "20000", "10000", "--stress", "0.5",
-                        "--seed", "31"], check=True, capture_output=True)
+        self.run_example("make_fault.py", *"fields.h5 --cells 16 8 --size 20000 10000 --stress 0.5 --seed 31".split())
 
         def run(name, *options, code=0):
             self.fault("-options_file", os.path.join(SOURCE, "examples", "fault_centuries.opts"), "-fault_nx", 16,
-                       "-fault_nz", 8, "-fault_length_x", 20e3,
-                       "-fault_length_z", 10e3, "-fault_parameters", fields, "-ts_max_time", "70y", "-fault_progress",
-                       "no", "-fault_catalogue", f"{name}_events.h5",
-                       *options, code=code)
+                       "-fault_nz", 8, "-fault_length_x", 20e3, "-fault_length_z", 10e3, "-fault_parameters",
+                       "fields.h5", "-ts_max_time", "70y", "-fault_progress", "no", "-fault_catalogue",
+                       f"{name}_events.h5", *options, code=code)
             return None if code else Catalogue(self.path(f"{name}_events.h5")).event
 
         both, implicit = run("both", "-fault_output", "both.h5"), run("implicit", "-ts_bathe_method", "implicit")
@@ -411,35 +387,28 @@ class SequencesTest(FaultTest):
                 np.testing.assert_allclose(run[column][:2], runs[0][column][:2], rtol=1e-6)
 
 
-class FrontTest(unittest.TestCase):
-    def rupture(self, folder, nx):
+class FrontTest(FaultTest):
+    def rupture(self, nx):
         """When the front of a rupture from a patch of 3.5 km comes by, along the strike of 20 km x 10 km; cells on the
         patch's edge are in it by their share."""
         x = (np.arange(8 * nx) + 0.5) * 20e3 / (8 * nx)
         inside = (np.hypot(x - 10e3, x[: 4 * nx, None] - 5e3) < 3.5e3).reshape(nx // 2, 8, nx, 8).mean((1, 3))
-        with h5py.File(os.path.join(folder, "fields.h5"), "w") as file:
-            file["initial_traction"] = SIGMA * (0.585 + 0.02 * inside)
-        path = os.path.join(folder, f"rupture_{nx}.h5")
-        command = [FAULT, "-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", 20e3, "-fault_length_z", 10e3,
-                   "-fault_kernel", "full_space",
-                   "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_slip", 0.25,
-                   "-fault_parameters", "fields.h5",
-                   "-fault_initial", "traction", "-fault_initial_unstable", "-fault_viscosity", "radiation",
-                   "-fault_inertia", "no", "-ts_adapt_type", "heuristic",
-                   "-ts_max_time", 20, "-fault_progress", "no", "-fault_event_rate", 0.05, "-fault_catalogue", path,
-                   "-fault_catalogue_maps"]
-        done = subprocess.run([str(word) for word in command], cwd=folder, capture_output=True, text=True, timeout=1000)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        with h5py.File(path) as file:
-            times = file["maps/rupture_time"][0] + file["onset"][0]
+        self.hdf5("fields.h5", initial_traction=SIGMA * (0.585 + 0.02 * inside))
+        self.fault("-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", 20e3, "-fault_length_z", 10e3,
+                   "-fault_kernel", "full_space", "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0,
+                   "-fault_friction_slip", 0.25, "-fault_parameters", "fields.h5", "-fault_initial", "traction",
+                   "-fault_initial_unstable", "-fault_viscosity", "radiation", "-fault_inertia", "no", "-ts_adapt_type",
+                   "heuristic", "-ts_max_time", 20, "-fault_event_rate", 0.05, "-fault_catalogue", "front.h5",
+                   "-fault_catalogue_maps")
+        broke, onset = self.get("front.h5", "maps/rupture_time", "onset")
+        times = broke[0] + onset[0]
         row = times[nx // 4 - 1 : nx // 4 + 1].mean(0)
         return np.interp([14.5e3, 15.5e3, 16.5e3, 17.5e3], (np.arange(nx) + 0.5) * 20e3 / nx, row)
 
     def test_front_converges(self):
         """Stress at centres is of the first order in the cells: halving them halves at least what a further halving
         changes (measured: a fifth), and 40 cells are within 2 % of 80."""
-        with tempfile.TemporaryDirectory() as folder:
-            coarse, middle, fine = (self.rupture(folder, nx) for nx in (20, 40, 80))
+        coarse, middle, fine = (self.rupture(nx) for nx in (20, 40, 80))
         self.assertTrue((np.diff(fine) > 0).all())
         np.testing.assert_array_less(np.abs(middle - fine), np.abs(coarse - middle) / 2)
         np.testing.assert_allclose(middle, fine, rtol=0.02)

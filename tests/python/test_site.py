@@ -111,8 +111,7 @@ class Browser(FaultTest):
                  "bad.html": '<img src="none.png"><a href="none.html">gone</a><div style="width: 700px">wide</div>'
                              '<script>console.log("said")</script>'}
         for name, text in pages.items():
-            with open(self.path(name), "w", encoding="utf-8") as file:
-                file.write("<!doctype html><title>page</title><body>" + text)
+            self.put(name, "<!doctype html><title>page</title><body>" + text)
         self.assertEqual(complaints(self.folder.name, ["good.html"]), [])
         found = "\n".join(complaints(self.folder.name, ["bad.html"]))
         for word in ("no picture none.png", "broken link /none.html", "wider than 400 pixels: DIV", 'console: "said"'):

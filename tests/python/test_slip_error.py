@@ -133,8 +133,7 @@ class SlipError(unittest.TestCase):
         mesh = ["-fault_nx", "6", "-fault_nz", "5", "-ts_rtol", "1e-2", "-fault_check_error"]
         one, two = self.run_fault(*mesh), self.run_fault(*mesh, ranks=2)
         for name in ("slip_error_signed", "slip_error_check_signed", "history_error_measure",
-                     "event_time_error_measure", "check_error_history",
-                     "check_error_field"):
+                     "event_time_error_measure", "check_error_history", "check_error_field"):
             self.assertTrue(np.isclose(one[name], two[name], rtol=1e-4),
                             f"{name}: {one[name]}, on two ranks {two[name]}")
 

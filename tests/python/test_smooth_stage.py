@@ -22,11 +22,9 @@ G, RHO, SIDE, SIGMA, A, B, SLIP, F0, V0, LOADING = 30e9, 2500.0, 20e3, 25e6, 0.0
 START, THETA, ZETA, THICKNESS = 3e-9, 5e7, 0.8 / 3, 3e3
 THRESHOLD = 1e-2
 BASE = ("-fault_friction_law", "rate_and_state", "-fault_length_x", SIDE, "-fault_length_z", SIDE, "-fault_thickness",
-        THICKNESS, "-fault_normal_stress",
-        SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_a", A, "-fault_friction_b", B,
-        "-fault_friction_slip", SLIP, "-fault_loading_rate", LOADING,
-        "-fault_initial_rate", START, "-fault_initial_state", THETA, "-fault_friction_reference", F0,
-        "-fault_friction_reference_rate", V0,
+        THICKNESS, "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_a", A,
+        "-fault_friction_b", B, "-fault_friction_slip", SLIP, "-fault_loading_rate", LOADING, "-fault_initial_rate",
+        START, "-fault_initial_state", THETA, "-fault_friction_reference", F0, "-fault_friction_reference_rate", V0,
         "-fault_kernel", "full_space", "-fault_progress", "no", "-fault_event_rate", THRESHOLD)
 
 

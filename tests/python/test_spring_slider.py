@@ -24,14 +24,11 @@ CRITICAL = SIGMA * (B - A) / SLIP  # stiffness [Pa/m] (Ruina 1983); eta V/sigma 
 
 class SpringSlider(FaultTest):
     def fault(self, K, end, *options, name="o.h5", code=0, program="fault", cells=1, ranks=1):
-        with h5py.File(self.path("k.h5"), "w") as file:
-            file["stiffness"] = np.eye(cells) * K if np.ndim(K) == 0 else K
+        self.hdf5("k.h5", stiffness=np.eye(cells) * K if np.ndim(K) == 0 else K)
         return super().fault("-fault_nx", cells, "-fault_nz", 1, "-fault_stiffness_file", "k.h5", "-fault_friction_law",
-                             "rate_and_state",
-                             "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_friction_a", A,
-                             "-fault_friction_b", B,
-                             "-fault_friction_slip", SLIP, "-fault_loading_rate", LOADING, "-fault_shear_modulus", G,
-                             "-fault_density", RHO,
+                             "rate_and_state", "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0,
+                             "-fault_friction_a", A, "-fault_friction_b", B, "-fault_friction_slip", SLIP,
+                             "-fault_loading_rate", LOADING, "-fault_shear_modulus", G, "-fault_density", RHO,
                              "-ts_max_time", repr(float(end)), "-fault_output", name, "-fault_output_interval", 1000000,
                              "-fault_stations", "1500,1500", *options, code=code,
                              program=os.path.join(BUILD, "bin", program), ranks=ranks)
@@ -53,8 +50,7 @@ class SpringSlider(FaultTest):
                 for integrator in (("-ts_type", "rk", "-ts_rk_type", "8vr"),
                                    ("-ts_type", "adams", "-ts_adams_max_order", "8")):
                     self.fault(0.5 * CRITICAL, end, "-fault_initial_rate", repr(100 * LOADING), "-fault_state_law", law,
-                               "-ts_rtol", "1e-13",
-                               "-ts_adapt_type", "basic", *integrator)
+                               "-ts_rtol", "1e-13", "-ts_adapt_type", "basic", *integrator)
                     last = {key: values[-1] for key, values in self.station().items()}
                     self.assertEqual(last["time"], end)
                     # Adams' steps are shorter, and roundings of more of them are left: 2e-10, as much at a tighter
@@ -74,9 +70,7 @@ class SpringSlider(FaultTest):
         what tolerances leave: 1e-9 of explicit steps; local errors of 1e-7 of ln V in 400 steps of second order,
         4e-5."""
         end, fall = 2e6, SIGMA / 3
-        with h5py.File(self.path("p.h5"), "w") as file:
-            file["time"] = [0.0, end]
-            file["pressure"] = np.array([0.0, fall]).reshape(2, 1, 1)
+        self.hdf5("p.h5", time=[0.0, end], pressure=np.array([0.0, fall]).reshape(2, 1, 1))
         rates = []
         for alpha in (0, 0.2):
             slider = Slider(2 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, ramp=-fall / end, alpha=alpha)
@@ -86,8 +80,7 @@ class SpringSlider(FaultTest):
             for integrator, bound in ((("-ts_type", "rk", "-ts_rk_type", "8vr", "-ts_rtol", "1e-12"), 1e-9),
                                       (("-ts_type", "bathe", "-ts_rtol", "1e-7"), 1e-4)):
                 self.fault(2 * CRITICAL, end, "-fault_initial_rate", repr(LOADING), "-fault_pore_pressure", "p.h5",
-                           "-fault_friction_alpha", alpha,
-                           "-ts_adapt_type", "basic", *integrator)
+                           "-fault_friction_alpha", alpha, "-ts_adapt_type", "basic", *integrator)
                 last = {key: values[-1] for key, values in self.station().items()}
                 with self.subTest(alpha=alpha, integrator=integrator):
                     self.assertLess(abs(np.log(last["slip_rate"]) - float(log_rate)), bound)
@@ -175,9 +168,8 @@ class SpringSlider(FaultTest):
                                "adams": (("-ts_adams_max_order", "8", "-ts_rtol", "1e-13"), 1e-9),
                                "bathe": (("-ts_rtol", "1e-6"), 1e-3)}[integrator]
                 self.fault(K, end, *self.two(b, slip), "-fault_initial_rate", repr(100 * LOADING), "-fault_state_law",
-                           law, "-ts_type", integrator,
-                           "-ts_adapt_type", "basic", *more, "-fault_output_fields", "slip,state,state_2",
-                           program="friction_law")
+                           law, "-ts_type", integrator, "-ts_adapt_type", "basic", *more, "-fault_output_fields",
+                           "slip,state,state_2", program="friction_law")
                 last = {key: values[-1] for key, values in self.station().items()}
                 with self.subTest(law=law, integrator=integrator):
                     self.assertLess(abs(np.log(last["slip_rate"]) - float(log_rate)), bound)
@@ -283,9 +275,7 @@ class SpringSlider(FaultTest):
             self.assertLess(abs(last / first / np.exp(15 * period * value.real) - 1), 0.01)
 
     def fields(self, *values):
-        with h5py.File(self.path("fields.h5"), "w") as file:
-            file["cut_off_rate"] = np.array([values])
-            file["cut_off_rate"].attrs["units"] = "m/s"
+        self.hdf5("fields.h5", units={"cut_off_rate": "m/s"}, cut_off_rate=np.array([values]))
 
     def test_own_parameter(self):
         """Two blocks without a spring between, with a cut-off rate each, through an event: both as the reference has

@@ -2,11 +2,9 @@
 """-fault_stations: the cells that contain the points are recorded at every accepted step, with the numbers that /fields
 and /series have, on grids, meshes and ranks, and over a restart."""
 import os
-import subprocess
-import sys
 import unittest
 
-from scripts import SOURCE, FaultTest
+from scripts import TWO_PLANES, FaultTest
 
 import h5py
 import numpy as np
@@ -20,12 +18,8 @@ ROUNDING = 1e-14
 class Stations(FaultTest):
     def mesh(self):
         """Two planes with an offset of 1000 m, which overlap along strike."""
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
-                        "5", "4",
-                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True,
-                       capture_output=True)
-        with h5py.File(self.path("mesh")) as file:
-            return file["cells"][...]
+        self.make_mesh("mesh", TWO_PLANES)
+        return self.get("mesh", "cells")
 
     def compare(self, name, cells):
         """Each station with the fields, which have an entry for the start and every step, and with /series."""
@@ -59,9 +53,8 @@ class Stations(FaultTest):
         """A fault loaded from rest: slip is the integral of the rate, by the trapezoidal rule of each stage to 1 % on
         1000 steps."""
         self.fault(*GRID, "-fault_loading_rate", "-0.01", "-fault_initial", "rest", "-fault_friction_residual", "0",
-                   "-fault_friction_drop", "0",
-                   "-ts_max_time", "3", "-ts_adapt_type", "none", "-ts_dt", "0.003", "-fault_output", "a.h5",
-                   "-fault_stations", "1000,1000")
+                   "-fault_friction_drop", "0", "-ts_max_time", "3", "-ts_adapt_type", "none", "-ts_dt", "0.003",
+                   "-fault_output", "a.h5", "-fault_stations", "1000,1000")
         with h5py.File(self.path("a.h5")) as file:
             station = {key: data[...] for key, data in file["stations/0"].items()}
         integral = np.sum(0.5 * (station["slip_rate"][1:] + station["slip_rate"][:-1]) * np.diff(station["time"]))
@@ -86,16 +79,11 @@ class Stations(FaultTest):
         """A point in whole metres is on the plane near to it, and one on the edge that two rows share, or two segments,
         of either; along the strike and in depth it is in a row of a listric fault."""
         load = ["-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6",
-                "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
-                "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e6",
-                "-fault_output_overwrite"]
-        make = [sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh"]
-        for kind, options in (("listric", ["--strike", "33", "--dip", "70"]),
-                              ("segmented", ["--strikes", "0", "30", "--dip", "90"])):
-            subprocess.run([*make, kind, "--cells", "5", "4", "--size", "5000", "4000", *options], cwd=self.folder.name,
-                           check=True, capture_output=True)
-            with h5py.File(self.path("mesh")) as file:
-                cells = file["cells"][...]
+                "-fault_normal_stress_gradient", "0", "-fault_rake", "90", "-fault_loading_rate", "1e-9",
+                "-fault_friction_slip", "0.05", "-ts_max_time", "1e6", "-fault_output_overwrite"]
+        for kind, options in (("listric", "--strike 33 --dip 70"), ("segmented", "--strikes 0 30 --dip 90")):
+            self.make_mesh("mesh", f"{kind} --cells 5 4 --size 5000 4000 {options}")
+            cells = self.get("mesh", "cells")
             asked = list(range(len(cells)))
             points = [",".join(f"{x:.0f}" for x in cell[:3]) for cell in cells]
             if kind == "listric":
@@ -137,11 +125,10 @@ class Stations(FaultTest):
         memory."""
         points = ";".join(f"{x},9000" for x in (1000, 3000, 5000, 7000))
         self.fault("-fault_nx", "4", "-fault_nz", "2", "-fault_length_x", "8e3", "-fault_length_z", "4e3",
-                   "-fault_depth_top", "8e3",
-                   "-fault_viscosity", "radiation", "-fault_inertia", "no", "-fault_friction_law", "rate_and_state",
-                   "-fault_initial", "rate", "-fault_initial_rate", "1e-9", "-fault_loading_rate", "1e-9",
-                   "-fault_normal_stress", "50e6",
-                   "-ts_max_time", "5000y", "-fault_stations", points, "-fault_output", "long.h5")
+                   "-fault_depth_top", "8e3", "-fault_viscosity", "radiation", "-fault_inertia", "no",
+                   "-fault_friction_law", "rate_and_state", "-fault_initial", "rate", "-fault_initial_rate", "1e-9",
+                   "-fault_loading_rate", "1e-9", "-fault_normal_stress", "50e6", "-ts_max_time", "5000y",
+                   "-fault_stations", points, "-fault_output", "long.h5")
         with h5py.File(self.path("long.h5")) as file:
             for k in range(4):
                 station = file[f"stations/{k}"]
@@ -174,8 +161,7 @@ class Stations(FaultTest):
                                 (";", 'is ";"'), ("1,1;3001,1", "3001,1 outside the fault"),
                                 ("1,-1", "the nearest is at x = 250")):
             self.assertIn(message, self.fault(*GRID, "-fault_output", "a.h5", "-fault_stations", points, code=1))
-        with open(self.path("points.txt"), "w") as file:
-            file.write("1 1\n1 a\n")
+        self.put("points.txt", "1 1\n1 a\n")
         self.assertIn('points.txt (-fault_stations), line 2: "1 a", expected a point "x,z" or "x z" in m', self.fault(
             *GRID, "-fault_output", "a.h5", "-fault_stations", "points.txt", code=1))
         self.assertFalse(os.path.exists(self.path("a.h5")))
@@ -188,8 +174,7 @@ class Stations(FaultTest):
         for name, stations, cells in (("file.h5", "points.txt", [0, 8, 29]),
                                       ("list.h5", ";".join(f"{x},{z}" for x, z in points), [0, 8] + [29] * 600)):
             self.fault(*GRID, "-fault_output", name, "-fault_stations", stations, "-ts_max_time", "1")
-            with h5py.File(self.path(name)) as file:
-                self.assertEqual([file[f"stations/{k}"].attrs["cell"] for k in range(len(cells))], cells)
+            self.assertEqual([self.get(name, f"stations/{k}@cell") for k in range(len(cells))], cells)
 
 
 if __name__ == "__main__":

@@ -21,8 +21,7 @@ CASE = "fault_3km_25x25"
 
 
 def write_cell(file, name, controller, solves, error, treatment=("embedded", "trapezoidal"), tolerance=1.0, policy=None,
-               alpha=np.nan,
-               converged=1, guarded=0, max_error=None, case=CASE, mesh=25, size=3.0):
+               alpha=np.nan, converged=1, guarded=0, max_error=None, case=CASE, mesh=25, size=3.0):
     group = file.create_group(f"cells/{case}/{name}_{treatment[0]}_{treatment[1]}")
     max_error = 2 * abs(error) if max_error is None else max_error
     group.attrs.update({

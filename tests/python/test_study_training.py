@@ -33,8 +33,7 @@ class ChooseSeedTest(unittest.TestCase):
         self.folder = folder.name
         for seed, returns in ((1, (-9, -5, -7)), (2, (-6, np.nan, -4)), (3, (-4.5, -4.25))):
             write_log(self.path(f"log{seed}.h5"), seed, returns)
-            with open(self.path(f"p{seed}.h5"), "w") as file:
-                file.write(f"policy {seed}")
+            self.put(f"p{seed}.h5", f"policy {seed}")
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -52,8 +51,7 @@ class ChooseSeedTest(unittest.TestCase):
 
     def test_refuses_what_is_missing_and_keeps_the_old_choice(self):
         write_log(self.path("empty.h5"), 4, ())
-        with open(self.path("out.h5"), "w") as file:
-            file.write("old")
+        self.put("out.h5", "old")
         one = self.path("log1.h5")
         for pairs, words in (((f"{one}={self.path('none.h5')}",), "none.h5"), ((f"{self.path('no.h5')}=x",), "no.h5"),
                              ((f"{self.path('empty.h5')}=x",), "no evaluation"),
@@ -62,8 +60,7 @@ class ChooseSeedTest(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, f"^choose_seed: .*{words}")
             self.assertNotIn("Traceback", done.stderr)
-        with open(self.path("out.h5")) as file:
-            self.assertEqual(file.read(), "old")
+        self.assertEqual(self.content("out.h5"), "old")
 
 
 # Writes the policy, learning curve and checkpoint that its options name, with a return that is highest for one seed,

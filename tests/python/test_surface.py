@@ -4,11 +4,10 @@ against what a run records at its own points of the ground."""
 
 import csv
 import os
-import subprocess
 import sys
 import unittest
 
-from scripts import BUILD, SOURCE, FaultTest, PictureTest
+from scripts import BUILD, TWO_PLANES, FaultTest, PictureTest
 
 import h5py
 import numpy as np
@@ -41,9 +40,7 @@ POINTS = "2000,3000;-4000,2500;1e4,6e3"
 
 class SurfaceTest(FaultTest, PictureTest):
     def write(self, name, cells, slip, points):
-        with h5py.File(self.path(name), "w") as file:
-            file["cells"], file["slip"], file["points"] = np.array(cells, float), np.array(slip, float), np.array(
-                points, float)
+        self.hdf5(name, cells=np.array(cells, float), slip=np.array(slip, float), points=np.array(points, float))
 
     def elastic(self, name, *options, ranks=1):
         self.fault("-elastic_input", name, "-elastic_output", "out.h5", *options, ranks=ranks, program=ELASTIC)
@@ -163,8 +160,7 @@ class Program(SurfaceTest):
             words = [option if (option := f"-elastic_{name}") in options else "in.h5" if name in attributes
                      else "by default" for name in ("shear_modulus", "poisson_ratio")]
             self.assertIn(f"shear modulus {shear:g} Pa ({words[0]}), Poisson's ratio {poisson:g} ({words[1]})\n", said)
-            with h5py.File(self.path("out.h5")) as file:
-                found = file["stress"][()] / shear
+            found = self.get("out.h5", "stress") / shear
             np.testing.assert_allclose(found, stress.setdefault(poisson, found), rtol=1e-13)  # roundings of one product
         self.assertGreater(np.abs(stress[0.3] - stress[0.25]).max(), 1e-3 * np.abs(stress[0.25]).max())
         for name, value in (("shear_modulus", -1.5), ("poisson_ratio", 0.75)):
@@ -200,8 +196,7 @@ class Program(SurfaceTest):
 class Maps(SurfaceTest):
     def run_of_grid(self):
         rake = np.linspace(60, 120, 30).reshape(5, 6)
-        with h5py.File(self.path("rake.h5"), "w") as file:
-            file["rake"] = rake
+        self.hdf5("rake.h5", rake=rake)
         self.fault(*GRID, "-fault_parameters", "rake.h5", "-fault_surface_stations", POINTS)
         return self.path("run.h5")
 
@@ -291,10 +286,7 @@ class Maps(SurfaceTest):
 
     def test_mesh(self):
         """Planes of irregular cells that slip as they weaken."""
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
-                        "5", "4",
-                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True,
-                       capture_output=True)
+        self.make_mesh("mesh", TWO_PLANES)
         self.fault("-fault_mesh", "mesh", "-ts_max_time", "15", "-fault_output", "run.h5", "-fault_surface_stations",
                    POINTS)
         wanted = self.recorded(self.path("run.h5"))
@@ -397,8 +389,7 @@ class Maps(SurfaceTest):
         self.assertIn(", without 2 of 3 points that are outside of the map (--extent)\n",
                       self.plot("surface", path, "--points", "1,1;900000,1;1,-900000", "--spacing", "1"))
         self.refused("surface", '--points: "1,b", expected a point x,y in m', path, "--points", "1,1;1,b")
-        with open(self.path("p.txt"), "w") as file:
-            file.write("# x y\n1 2\n3\n")
+        self.put("p.txt", "# x y\n1 2\n3\n")
         self.refused("surface", 'p.txt, line 3: "3", expected a point x,y in m', path, "--points", self.path("p.txt"))
         self.refused("surface", "no such file", self.path("no.h5"))
         for message, *options in (("--look has the incidence 90", "--look", "0", "90"),

@@ -2,13 +2,10 @@
 """-fault_surface_stations: points of the free surface move by what slip on every cell makes by Okada's closed form
 (1985), on grids, meshes and ranks, and over a restart; on dipping faults as published for SEAS BP3, and turned as the
 fault is."""
-import os
 import re
-import subprocess
-import sys
 import unittest
 
-from scripts import SOURCE, FaultTest
+from scripts import TWO_PLANES, FaultTest
 
 import h5py
 import numpy as np
@@ -42,8 +39,7 @@ def okada(x, y, rectangle):
             r = np.sqrt(xi**2 + eta**2 + q**2)
             i3 = alpha / 2 * (eta / (r + eta) + q**2 / (r + eta)**2 - np.log(r + eta))
             total += i * j * np.array([xi * q / (r * (r + eta)) + np.arctan(xi * eta / (q * r)) - alpha / 2 * xi * q
-                                       / (r + eta)**2,
-                                       q**2 / (r * (r + eta)) - alpha * np.log(r + eta) - i3,
+                                       / (r + eta)**2, q**2 / (r * (r + eta)) - alpha * np.log(r + eta) - i3,
                                        eta * q / (r * (r + eta)) + q / (r + eta) - alpha * q / (r + eta)])
     return -total / (2 * np.pi) * [1, -1, -1]
 
@@ -89,12 +85,8 @@ class SurfaceStations(FaultTest):
             self.assertGreater(self.compare(f"{ranks}.h5", cells, 1e-3), 1e-3)
 
     def test_mesh_of_planes(self):
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
-                        "5", "4",
-                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True,
-                       capture_output=True)
-        with h5py.File(self.path("mesh")) as file:
-            cells = file["cells"][...]
+        self.make_mesh("mesh", TWO_PLANES)
+        cells = self.get("mesh", "cells")
         self.assertEqual(len(set(cells[:, 1])), 2)
         for ranks in (1, 2):
             self.fault("-fault_mesh", "mesh", "-ts_max_time", "15", "-fault_output", f"{ranks}.h5",
@@ -137,8 +129,7 @@ class SurfaceStations(FaultTest):
         the dip, up on the right."""
         published = {16e3: (-0.400304, -0.418260), -16e3: (-0.031915, 0.527212), 0.0: (-0.303663, 0.227878)}
         length, depth = 3.9e7, (np.arange(200) + 0.5) * 200
-        with h5py.File(self.path("fields.h5"), "w") as file:
-            file["friction_a"] = np.interp(depth, [15e3, 18e3], [0.010, 0.025])[:, None]
+        self.hdf5("fields.h5", friction_a=np.interp(depth, [15e3, 18e3], [0.010, 0.025])[:, None])
         self.fault(*BP3, "-fault_length_x", length, "-fault_surface_motion", "total", "-fault_surface_stations",
                    ";".join(f"{length / 2},{y}" for y in published))
         time = 50.0307 * YEAR
@@ -173,14 +164,11 @@ class SurfaceStations(FaultTest):
             np.testing.assert_allclose(moved, exact * time, rtol=0, atol=1e-6 * rate * time)
         self.assertIn("has stations with -fault_surface_motion relative",
                       self.fault(*rest, "-fault_surface_motion", "total", "-fault_restart", "state", "-ts_max_time",
-                                 "2y",
-                                 code=1))
-        with h5py.File(self.path("fields.h5"), "w") as file:
-            file["loading_rate"] = np.full((1, 2), 1e-9) * [1, 2]
+                                 "2y", code=1))
+        self.hdf5("fields.h5", loading_rate=np.full((1, 2), 1e-9) * [1, 2])
         self.assertIn("-fault_surface_motion total needs cells on one plane",
                       self.fault(*rest, "-fault_nx", 2, "-fault_parameters", "fields.h5", "-fault_surface_motion",
-                                 "total",
-                                 "-fault_output_overwrite", code=1))
+                                 "total", "-fault_output_overwrite", code=1))
 
     def test_long_lists(self):
         """A list has no end at 4,095 characters, which a file's name has."""
@@ -203,9 +191,8 @@ class SurfaceStations(FaultTest):
             # steps that accuracy bounds
             self.fault(*CREEP, "-ts_rtol", "1e-7", "-fault_output", name, "-fault_surface_stations", points, *options,
                        ranks=ranks)
-            with h5py.File(self.path(name)) as file:
-                return np.array([[file[f"surface/{k}/{what}"][-1] for what in ("displacement", "velocity")]
-                                 for k in range(len(POINTS))])
+            return np.array([[self.get(name, f"surface/{k}/{what}")[-1] for what in ("displacement", "velocity")] for k
+                             in range(len(POINTS))])
 
         dipping = ["-fault_dip", "50", "-fault_rake", "70"]
         plain = displacements("plain.h5", *dipping)
@@ -222,9 +209,8 @@ class SurfaceStations(FaultTest):
 
     def test_file(self):
         """A file of points is a list of them."""
-        with open(self.path("points.txt"), "w") as file:
-            file.write("# x y\n\n" + "".join(f" {x}{between}{y} {more}\n" for (x, y), between, more
-                                             in zip(POINTS, (",", " ", "\t", " , "), ("", "# far", "\r", ""))))
+        self.put("points.txt", "# x y\n\n" + "".join(f" {x}{between}{y} {more}\n" for (x, y), between, more
+                                                     in zip(POINTS, (",", " ", "\t", " , "), ("", "# far", "\r", ""))))
         for ranks in (1, 2):
             self.fault(*GRID, "-fault_output", "list.h5", "-fault_surface_stations", TEXT, ranks=ranks)
             self.fault(*GRID, "-fault_output", "file.h5", "-fault_surface_stations", "points.txt", ranks=ranks)
@@ -239,8 +225,7 @@ class SurfaceStations(FaultTest):
                                  ("1 2\n3,inf", 'line 2: "3,inf", expected a point'),
                                  ("1 2" + 300 * " ", "line 1: "), ("# nothing\n", "has no points"),
                                  ("", "has no points")):
-            with open(self.path("bad.txt"), "w") as file:
-                file.write(content)
+            self.put("bad.txt", content)
             found = self.fault(*GRID, "-fault_output", "a.h5", "-fault_surface_stations", "bad.txt", code=1)
             self.assertRegex(found, re.escape("bad.txt (-fault_surface_stations)"))
             self.assertIn(message, found)

@@ -48,8 +48,7 @@ class Sweep(ScriptTest):
         self.addCleanup(patched.stop)
 
     def write(self, name, text):
-        with open(self.path(name), "w", encoding="utf-8") as file:
-            file.write(text)
+        self.put(name, text)
         return self.path(name)
 
     def own(self, values="[1, 2, 3, 4]", more=""):
@@ -361,8 +360,7 @@ if x == 4:
         study = Study(self.own("[1, 2, 4, 5]", '[slurm]\ntime = "00:10:00"\npartition = "short"\n'))
         study.task(2)
         self.sweep("own.toml", "--slurm")
-        with open(self.path("own.slurm.sh"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.content("own.slurm.sh")
         for line in ("--array=1,3-4", "--time=00:10:00", "--partition=short", "--mem-per-cpu=2G", "--ntasks=1"):
             self.assertIn(f"#SBATCH {line}\n", text)
         os.mkdir(self.path("bin"))
@@ -385,8 +383,7 @@ if x == 4:
         job.send_signal(signal.SIGUSR1)
         said = job.communicate(timeout=HANG)[0]
         self.assertEqual((job.returncode, study.runs[2].status), (0, "begun"), said)
-        with open(self.path("requeued"), encoding="utf-8") as file:
-            self.assertEqual(file.read(), "requeue 77_3\n")
+        self.assertEqual(self.content("requeued"), "requeue 77_3\n")
         os.remove(self.path("gate"))
         for task in (3, 4, 4):
             job = start(task)
@@ -503,8 +500,7 @@ if x == 4:
         """A record that is no JSON is an error which names it; a column that nobody has is said to be none."""
         study = Study(self.own("[1]")).run(progress=False)
         self.own("[1]")
-        with open(self.path("own.toml"), encoding="utf-8") as file:
-            text = file.read().replace('"square"', '"sqare"')
+        text = self.content("own.toml").replace('"square"', '"sqare"')
         self.write("own.toml", text)
         self.assertIn("the column sqare is empty in all runs that ended: no run has such a number; did you "
                       "mean square?", self.sweep("own.toml", "--table"))

@@ -17,9 +17,8 @@ import crack_triangles
 
 # rate-and-state thrusting under load, which knows normal stress that follows slip
 THRUST = ("-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0",
-          "-fault_rake", "90",
-          "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-fault_thickness", "4000", "-ts_max_time",
-          "1e7")
+          "-fault_rake", "90", "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-fault_thickness",
+          "4000", "-ts_max_time", "1e7")
 BASE = plane((4, 3), (500.0, 400.0), 20, 60, (0, 0, 100))
 
 
@@ -89,8 +88,7 @@ class Run(FaultTest):
             self.assertEqual(file["mesh/fault"].attrs["names"], b"4 one; 5 other")
             np.testing.assert_array_equal(file["xdmf/points"][()] * (1, 1, -1), vertices)
             np.testing.assert_array_equal(file["xdmf/cells"][()], mesh["triangles"])
-        with open(self.path("out.h5.xdmf2")) as file:
-            self.assertIn(f'TopologyType="Triangle" NumberOfElements="{len(triangles)}"', file.read())
+        self.assertIn(f'TopologyType="Triangle" NumberOfElements="{len(triangles)}"', self.content("out.h5.xdmf2"))
         from slipstep import Run as Output
         run = Output(self.path("out.h5"))
         self.assertEqual([(label, len(cells)) for label, cells in run.planes], [(4, 12), (5, 12)])
@@ -146,8 +144,7 @@ class Run(FaultTest):
                     np.testing.assert_array_equal(view(self.path("gmsh"), len(triangles)), K)
                     np.testing.assert_array_equal(other["normal_stress"], last["normal_stress"])
                     np.testing.assert_array_equal(own["fault"], label)
-                    with h5py.File(self.path("out.h5")) as file:
-                        self.assertEqual(file["mesh/fault"].attrs["names"], b"3 south; 7 north  or so")
+                    self.assertEqual(self.get("out.h5", "mesh/fault@names"), b"3 south; 7 north  or so")
         # by options, in another frame and unit: to rounding of a thousandth
         other, _ = self.end("enu.h5", "-fault_mesh_frame", "enu", "-fault_mesh_unit", "km", "-fault_stiffness_view",
                             "binary:enu")
@@ -165,9 +162,7 @@ class Run(FaultTest):
         rows = np.column_stack([vertices[cells].mean(axis=1), np.full((6, 4), [500, 400, 20, 60])])
         np.testing.assert_allclose(np.column_stack([mesh[k] for k in ("x", "y", "z", "length", "width", "strike",
                                                                       "dip")]), rows, rtol=1e-12)
-        with h5py.File(self.path("cells.h5"), "w") as file:
-            file["cells"] = rows
-            file["cells"].attrs["units"] = "m"
+        self.hdf5("cells.h5", units={"cells": "m"}, cells=rows)
         self.close(self.end("cells.h5")[0], first)
 
     def test_faults_of_a_meshed_volume(self):
@@ -179,8 +174,7 @@ class Run(FaultTest):
         rest = [(15, 0, [0]), (1, 0, [0, 1]), (4, 0, [0, n, n + 1, n + 2]), (2, 9, [n, n + 1, n + 2])]
         own = [(2, 5, [int(k) for k in t]) for t in triangles]
         for version in ("2.2", "4.1"):
-            with open(self.path("mesh.msh"), "wb") as file:
-                file.write(gmsh(version, False, points, rest + own, groups={5: (5,), 9: ()}))
+            self.put("mesh.msh", gmsh(version, False, points, rest + own, groups={5: (5,), 9: ()}))
             _, mesh = self.end("mesh.msh")
             np.testing.assert_array_equal(mesh["vertices"], vertices)
             self.assertEqual(set(mesh["fault"]), {5})
@@ -199,8 +193,7 @@ class Run(FaultTest):
         last = []
         for name, label in (("one", np.zeros(len(triangles), int)), ("two", lies.astype(int))):
             write_hdf5(self.path("mesh.h5"), vertices, triangles, fault=label)
-            with h5py.File(self.path("fields.h5"), "w") as file:
-                file["rake"] = np.where(lies & (name == "two"), -rake, rake)
+            self.hdf5("fields.h5", rake=np.where(lies & (name == "two"), -rake, rake))
             fields, mesh = self.end("mesh.h5", "-fault_parameters", "fields.h5", *ground, name=f"{name}.h5")
             last.append(fields)
             np.testing.assert_allclose(mesh["dip"], np.where(lies, 100 if name == "one" else 80, 80), rtol=1e-12)
@@ -221,8 +214,7 @@ class Run(FaultTest):
         ground = ("-fault_surface_stations", "6e4,8e4;-1e5,2e4")
         per = []
         self.fault("-fault_nx", 8, "-fault_nz", 6, "-fault_length_x", 4000, "-fault_length_z", 2400, "-fault_depth_top",
-                   1000, "-fault_dip", 60,
-                   "-fault_output", "grid.h5", *ground, *THRUST)
+                   1000, "-fault_dip", 60, "-fault_output", "grid.h5", *ground, *THRUST)
         write_hdf5(self.path("mesh.h5"), *plane((8, 6), (500.0, 400.0), 0, 60, (0, 0, 1000)))
         self.end("mesh.h5", *ground)
         for name in ("grid.h5", "out.h5"):

@@ -5,7 +5,6 @@ import subprocess
 import unittest
 
 from scripts import FAULT, FaultTest
-import h5py
 import numpy as np
 
 from meshfiles import enu, gmsh, joined, plane, write_hdf5
@@ -277,14 +276,12 @@ class Input(FaultTest):
     def test_bad_gmsh(self):
         for name, (content, message) in BAD_GMSH.items():
             with self.subTest(name):
-                with open(self.path("mesh.msh"), "wb") as file:
-                    file.write(content)
+                self.put("mesh.msh", content)
                 self.refused(self.run_of("mesh.msh"), "mesh.msh", message)
 
     def test_bad_options(self):
         self.write({})
-        with h5py.File(self.path("cells.h5"), "w") as file:
-            file["cells"] = [[0.0, 0, 900, 100, 100]]
+        self.hdf5("cells.h5", cells=[[0.0, 0, 900, 100, 100]])
         for path, options, message in (("cells.h5", ("-fault_mesh_frame", "enu"), "expected -fault_mesh_frame ned"),
                                        ("mesh.h5", ("-fault_mesh_frame", "enu"), "above the ground"),
                                        ("mesh.h5", ("-fault_mesh_unit", "km"), "has z = "),

@@ -55,10 +55,9 @@ def run(page):
                     break
             elif language == "text" and before != "sh skip":
                 wrong += [f"not printed: {line}; there is "
-                          f"{[other for other in printed.splitlines() if other[:8] == line[:8]]}"
-                          for line in text.splitlines()
-                          if line.strip()
-                          and not any(close(line, other, word == "varies") for other in printed.splitlines())]
+                          f"{[other for other in printed.splitlines() if other[:8] == line[:8]]}" for line
+                          in text.splitlines() if line.strip() and not any(close(line, other, word == "varies")
+                                                                           for other in printed.splitlines())]
             elif language in ("c", "python", "opts") and word:
                 with open(os.path.join(folder, word), "w", encoding="utf-8") as file:
                     file.write(text)

@@ -34,8 +34,7 @@ class Valve(FaultTest):
         return self.fault(*GRID, *options, program=VALVE, **more)
 
     def read(self, name):
-        with h5py.File(self.path(name)) as file:
-            return file["fields/time"][...], file["fields/slip"][...], file["fields/pore_pressure"][...]
+        return self.get(name, "fields/time", "fields/slip", "fields/pore_pressure")
 
     def test_point_source(self):
         """Without feedback it is p* E1(r^2/(4 D t)): three cells and more from the point, before the edges matter,

@@ -88,9 +88,8 @@ class Handover(Runs):
         rl has a policy for it, which keeps its dial in fewer solves than pi takes by default, and says that a tolerance
         is not its own."""
         block = ["-fault_nx", "1", "-fault_nz", "1", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient",
-                 "0", "-fault_initial", "traction",
-                 "-fault_initial_traction", "31e6", "-fault_initial_unstable", "-fault_inertia", "no",
-                 "-fault_viscosity", "radiation", "-ts_max_time", "20"]
+                 "0", "-fault_initial", "traction", "-fault_initial_traction", "31e6", "-fault_initial_unstable",
+                 "-fault_inertia", "no", "-fault_viscosity", "radiation", "-ts_max_time", "20"]
         theirs, default = (self.run_fault(*block, *more, "-ts_adapt_pi_filter", "PI42")
                            for more in (["-ts_adapt_type", "pi"], []))
         self.same(default, theirs)
@@ -114,9 +113,8 @@ class Handover(Runs):
     def test_strict_on_creep(self):
         """A block that creeps: by its policy's steps of 0.1 s a thousand years would take 3e11 of them."""
         run = subprocess.run([FAULT, "-fault_nx", "1", "-fault_nz", "1", "-fault_normal_stress", "50e6",
-                              "-fault_friction_law", "constant", "-fault_initial",
-                              "rest", "-fault_loading_rate", "1e-9", "-fault_inertia", "no", "-fault_viscosity",
-                              "radiation", "-ts_max_time", "3.2e10",
+                              "-fault_friction_law", "constant", "-fault_initial", "rest", "-fault_loading_rate",
+                              "1e-9", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-ts_max_time", "3.2e10",
                               "-ts_adapt_type", "rl", "-ts_adapt_rl_strict", "-fault_progress", "no"],
                              capture_output=True, text=True, timeout=300)
         self.assertEqual(run.returncode, 1)
@@ -132,8 +130,7 @@ class Handover(Runs):
     def test_centuries(self):
         """40 x 20 cells, 500 years: some hundred steps (the policy alone: 1e9 of 12.9 s)."""
         run = self.run_fault(*self.STUDY, "-fault_nx", "40", "-fault_nz", "20", "-fault_loading_rate", "1e-9",
-                             "-ts_max_time", "1.58e10", "-ts_adapt_type", "rl",
-                             "-fault_output_interval", "1000000")
+                             "-ts_max_time", "1.58e10", "-ts_adapt_type", "rl", "-fault_output_interval", "1000000")
         self.assertLess(run["accepted"], 2000)
         self.assertRegex(run["text"], self.LINE)
 
@@ -240,9 +237,8 @@ class Verdict(Runs):
                              (["-fault_loading_rate", "1e-2", "-ts_max_time", "5", "-ts_rtol", "1"],
                               "events follow each other"),
                              (["-fault_stiffness_scaling", "none", "-fault_slip_components", "2", "-fault_opening",
-                               "yes", "-fault_initial", "traction",
-                               "-fault_initial_traction", "20e6", "-fault_initial_unstable", "-fault_inertia", "yes",
-                               "-ts_bathe_method", "implicit"],
+                               "yes", "-fault_initial", "traction", "-fault_initial_traction", "20e6",
+                               "-fault_initial_unstable", "-fault_inertia", "yes", "-ts_bathe_method", "implicit"],
                               "not calibrated for implicit steps of cells that may open"),
                              (["-ts_adapt_type", "none", "-ts_dt", "10"], "too few steps")):
             run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_stiffness_scaling", "mean_slip", *options)
@@ -255,8 +251,7 @@ class Verdict(Runs):
         to 64 steps, and twice that in longer ones."""
         measure = {f"{name}_error_measure": 0.01 for name in verdict.ATTRIBUTES.values()}
         faults = [{"runs": [{**measure, "explicit": 0, "steps": steps, "errors": dict.fromkeys(verdict.course.PARTS, 0)
-                             | {"final": 0.03 * scale, "shift": 0.04 * scale}}
-                            for steps, scale in ((50, 1), (70, 2))]}]
+                             | {"final": 0.03 * scale, "shift": 0.04 * scale}} for steps, scale in ((50, 1), (70, 2))]}]
         path = os.path.join(self.room.name, "mine.h5")
         with h5py.File(verdict.SHIPPED) as file:
             shipped = file["explicit/factor"][()]

@@ -32,8 +32,7 @@ class WavesTest(FaultTest):
                           **more)
 
     def last(self, name):
-        with h5py.File(self.path(name)) as file:
-            return file["fields/time"][-1], file["fields/slip"][-1]
+        return self.get(name, "fields/time")[-1], self.get(name, "fields/slip")[-1]
 
     def test_restart_in_the_rupture(self):
         """To the bit: the memory is in the checkpoint."""
@@ -62,12 +61,10 @@ class WavesTest(FaultTest):
         sigma - eta v) (1 + v/V0) = drop sigma, a quadratic equation; where the strength falls faster than the impedance
         gains there is none."""
         law = "-fault_parameters", "u.h5", "-fault_friction_law", "rate_weakening", "-fault_friction_rate"
-        with h5py.File(self.path("u.h5"), "w") as file:
-            file["initial_traction"] = np.full(tpv3.shape_of(500), 81.6e6)
+        self.hdf5("u.h5", initial_traction=np.full(tpv3.shape_of(500), 81.6e6))
         said = self.tpv3(500, "-fault_output", "r.h5", "-ts_max_time", 0.3, *law, 5)
         self.assertIn("how far a rupture runs depends on the size of the cells", said)
-        with h5py.File(self.path("r.h5")) as file:
-            rates = file["fields/slip_rate"][-1]
+        rates = self.get("r.h5", "fields/slip_rate")[-1]
         rates = np.linalg.norm(rates.reshape(*tpv3.shape_of(500), 2), axis=2)
         eta = np.sqrt(32.03812e9 * 2670) / 2
         above, drop, scale = 81.6e6 - 0.525 * 120e6, 0.152 * 120e6, 5
@@ -88,9 +85,8 @@ class WavesTest(FaultTest):
         with h5py.File(self.path("k_fields.h5"), "r+") as file:
             file["weakening_time"][kostrov.distances("line", 200) > stop] = 1e6
         self.fault("-options_file", os.path.join(SOURCE, "examples", "kostrov.opts"), *options, "-ts_max_time", 8,
-                   "-fault_parameters", "k_fields.h5", "-fault_output", "k.h5",
-                   "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-fault_progress", "no",
-                   program=os.path.join(BUILD, "bin", "friction_law"))
+                   "-fault_parameters", "k_fields.h5", "-fault_output", "k.h5", "-fault_catalogue", "events.h5",
+                   "-fault_catalogue_maps", "-fault_progress", "no", program=os.path.join(BUILD, "bin", "friction_law"))
         with h5py.File(self.path("k.h5")) as file:
             time, power = file["series/time"][...], file["series/viscous_power"][...] * file["parameters"].attrs["area"]
             length = file["parameters"].attrs["length_x"]
@@ -120,8 +116,7 @@ class WavesTest(FaultTest):
         shortest = 1500 / 3464 / 3
         for adapt in "lapusta", "basic", "dsp", "pi", "heuristic":
             self.tpv3(1500, "-ts_max_time", 1.5, "-ts_adapt_type", adapt, "-ts_rtol", 1e-6, "-ts_dt", 1.7 * shortest,
-                      "-fault_output", "list.h5",
-                      "-fault_output_overwrite", "-fault_output_time_interval", WHOLE)
+                      "-fault_output", "list.h5", "-fault_output_overwrite", "-fault_output_time_interval", WHOLE)
             with h5py.File(self.path("list.h5")) as f:
                 step = f["steps/dt"][:-2] / shortest  # the last two share what is left
             power = 2.0 ** np.floor(np.log2(step * 1.0001))
@@ -139,9 +134,7 @@ class WavesTest(FaultTest):
         stress = np.full(x.shape, 40e6)  # below the residual strength, 63 MPa
         stress[np.hypot(x + 9e3, z) < 2000] = 84e6  # above the strength, 81.24 MPa
         stress[np.hypot(x - 9e3, z) < 2500] = 80.9e6
-        with h5py.File(self.path("stress.h5"), "w") as file:
-            file["initial_traction"] = stress
-            file["initial_traction"].attrs["units"] = "Pa"
+        self.hdf5("stress.h5", units={"initial_traction": "Pa"}, initial_traction=stress)
         options = ("-fault_kernel full_space -fault_nx 120 -fault_nz 40 -fault_length_x 30e3 -fault_length_z 10e3 "
                    "-fault_shear_modulus 32.03812e9 -fault_density 2670 "
                    "-fault_medium waves -fault_slip_components 2 -fault_friction_law linear_slip_weakening "
@@ -154,8 +147,7 @@ class WavesTest(FaultTest):
             step = ("-ts_dt", 250 / 3 / np.sqrt(32.03812e9 / 2670)) if controller == "none" else ()
             self.fault(*options, "-ts_adapt_type", controller, *step, "-fault_catalogue", "events.h5", "-fault_output",
                        "run.h5")
-            with h5py.File(self.path("run.h5")) as run:
-                outcome[controller] = run["series/mean_slip"][-1], run["result"].attrs["accepted"]
+            outcome[controller] = self.get("run.h5", "series/mean_slip")[-1], self.get("run.h5", "result@accepted")
             self.assertEqual(self.fault(*options, "-ts_adapt_type", controller, *step, "-ts_max_time",
                                         4).count("all cells rest"), 1)
         shortest = outcome["none"]
@@ -211,9 +203,8 @@ class WavesTest(FaultTest):
         nz, nx = tpv3.shape_of(500)
         x, z = np.meshgrid(tpv3.centres(tpv3.LENGTH, nx), tpv3.centres(tpv3.WIDTH, nz))
         first, second = np.hypot(x + 6e3, z) < 4e3, np.hypot(x - 4e3, z) < 4e3
-        with h5py.File(self.path("two.h5"), "w") as file:
-            file["initial_traction"] = np.where(np.hypot(x + 6e3, z) < 1.6e3, 83e6,
-                                                np.where(first, 74e6, np.where(second, 78e6, 55e6)))
+        self.hdf5("two.h5", initial_traction=np.where(np.hypot(x + 6e3, z) < 1.6e3, 83e6,
+                                                      np.where(first, 74e6, np.where(second, 78e6, 55e6))))
         self.tpv3(500, "-fault_parameters", "two.h5", "-fault_output", "r.h5", "-fault_output_precision", "double",
                   "-fault_output_time_interval", 0, "-fault_output_interval", 1,
                   "-fault_friction_slip", 0.2, "-ts_max_time", 12)

@@ -50,8 +50,7 @@ class Wells(FaultTest, PictureTest):
         self.addCleanup(os.environ.pop, "SLIPSTEP_FAULT")
 
     def csv(self, text):
-        with open(self.path("wells.csv"), "w", encoding="utf-8") as file:
-            file.write(text)
+        self.put("wells.csv", text)
         return self.path("wells.csv")
 
     def read(self, text):
@@ -243,8 +242,7 @@ class Wells(FaultTest, PictureTest):
         self.assertRegex(said,
                          rf"Largest pressure: {most / 1e6:.4g} MPa, at 10(\.\d+)? days, x, y, z = 1050, 0, 2750 m")
         for name in ("record", "source"):
-            with h5py.File(self.path(f"{name}.h5")) as file:
-                times, values = file["fields/time"][...], file["fields/pore_pressure"][...]
+            times, values = self.get(f"{name}.h5", "fields/time", "fields/pore_pressure")
             for time, row in zip(times, values):
                 exact = wells.Pressure(wells.read_wells(self.path("wells.csv")), 0.05, *self.places(), 30 * DAY,
                                        per_rate=star / 0.002)(time)

@@ -5,11 +5,10 @@ Debian's python3-paraview) where it is."""
 import os
 import shutil
 import subprocess
-import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from scripts import FAULT, SOURCE, FaultTest
+from scripts import FAULT, TWO_PLANES, FaultTest
 
 import h5py
 import numpy as np
@@ -141,20 +140,14 @@ class Xdmf(FaultTest):
                    "slip,traction,state"]
         self.fault(*GRID, *vectors, "-fault_output", "a.h5")
         self.compare("a.h5.xdmf2", "a.h5", *self.grid())
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "uniform", "--cells",
-                        "4", "3"], cwd=self.folder.name,
-                       check=True, capture_output=True)
-        with h5py.File(self.path("mesh")) as file:
-            cells = file["cells"][...]
+        self.make_mesh("mesh", "uniform --cells 4 3")
+        cells = self.get("mesh", "cells")
         self.fault("-fault_mesh", "mesh", *vectors, "-fault_output", "b.h5")
         self.compare("b.h5.xdmf2", "b.h5", cells[:, :3], cells[:, 3:])
 
     def test_mesh_on_ranks(self):
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
-                        "5", "4", "--ratio", "2",
-                        "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
-        with h5py.File(self.path("mesh")) as file:
-            cells = file["cells"][...]
+        self.make_mesh("mesh", TWO_PLANES)
+        cells = self.get("mesh", "cells")
         for ranks in (1, 2):
             self.fault("-fault_mesh", "mesh", "-ts_max_time", "3", "-fault_output", f"{ranks}.h5", ranks=ranks)
             self.compare(f"{ranks}.h5.xdmf2", f"{ranks}.h5", cells[:, :3], cells[:, 3:])
@@ -167,21 +160,16 @@ class Xdmf(FaultTest):
                 "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
                 "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e6"]
         self.fault(*load, "-fault_nx", 4, "-fault_nz", 3, "-fault_length_x", 2000, "-fault_length_z", 1500,
-                   "-fault_strike", 110, "-fault_dip", 35,
-                   "-fault_depth_top", 700, "-fault_output", "grid.h5")
+                   "-fault_strike", 110, "-fault_dip", 35, "-fault_depth_top", 700, "-fault_output", "grid.h5")
         s, d = (part.ravel() for part in np.meshgrid((np.arange(4) + 0.5) * 500, (np.arange(3) + 0.5) * 500))
         turn, dip = np.radians(110), np.radians(35)
         centres = np.column_stack([s * np.cos(turn) - d * np.cos(dip) * np.sin(turn),
                                    s * np.sin(turn) + d * np.cos(dip) * np.cos(turn), 700 + d * np.sin(dip)])
         self.oriented("grid", np.column_stack([centres, np.tile([500, 500, 110, 35], (12, 1))]))
-        for kind, options in (("dipping", ["--strike", "200", "--dip", "50"]),
-                              ("listric", ["--strike", "310", "--dip", "75"]),
-                              ("segmented", ["--strikes", "0", "40", "20", "--dip", "60"])):
-            subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", kind, "--cells",
-                            "4", "3", "--size", "4000", "2000", *options],
-                           cwd=self.folder.name, check=True, capture_output=True)
-            with h5py.File(self.path("mesh")) as file:
-                cells = file["cells"][...]
+        for kind, options in (("dipping", "--strike 200 --dip 50"), ("listric", "--strike 310 --dip 75"),
+                              ("segmented", "--strikes 0 40 20 --dip 60")):
+            self.make_mesh("mesh", f"{kind} --cells 4 3 --size 4000 2000 {options}")
+            cells = self.get("mesh", "cells")
             self.fault(*load, "-fault_mesh", "mesh", "-fault_output", f"{kind}.h5")
             corners = self.oriented(kind, cells).reshape(-1, 3, 4, 4, 3)  # segment, row, column, corner
             np.testing.assert_allclose(corners[:, :-1, :, 3, 2], corners[:, 1:, :, 0, 2], atol=1e-3)
@@ -234,8 +222,7 @@ class Xdmf(FaultTest):
             steps = len(file["steps/dt"]) + 1  # more than the checkpoint has
         self.fault(*slow[1:], "-fault_restart", "state", "-ts_max_steps", str(steps), code=3)
         n = self.compare("a.h5.xdmf2", "a.h5", *self.grid(), least=2)
-        with h5py.File(self.path("a.h5")) as file:
-            self.assertEqual(n, len(file["fields/time"]))
+        self.assertEqual(n, len(self.get("a.h5", "fields/time")))
         self.assertFalse(os.path.exists(self.path("a.h5.part.xdmf2")))
 
     def test_none(self):
@@ -250,9 +237,8 @@ class Xdmf(FaultTest):
     @unittest.skipUnless(shutil.which("pvpython"), "pvpython is missing: apt-get install python3-paraview (0.7 GB)")
     def test_paraview_chooses_the_reader(self):
         self.fault(*GRID, "-fault_output", "a.h5")
-        with open(self.path("open.py"), "w") as file:
-            file.write("from paraview.simple import *\n"
-                       f"print(sorted(OpenDataFile({self.path('a.h5.xdmf2')!r}).CellData.keys()))\n")
+        self.put("open.py", "from paraview.simple import *\n"
+                 f"print(sorted(OpenDataFile({self.path('a.h5.xdmf2')!r}).CellData.keys()))\n")
         done = subprocess.run(["pvpython", "--force-offscreen-rendering", self.path("open.py")], capture_output=True,
                               text=True)
         self.assertIn(str(sorted(FIELDS)), done.stdout, done.stderr)
