@@ -17,7 +17,7 @@ import numpy as np
 from slipstep.errors import Error
 from slipstep.formats import maps, meshes
 from slipstep.geometry.cells import corners_of, directions
-from slipstep.geometry.meshfiles import read as read_surfaces
+from slipstep.formats.surfaces import read as read_surfaces
 
 NORTH = np.array([[-5e3, 0, 0], [5e3, 0, 0]])  # a trace to the north
 

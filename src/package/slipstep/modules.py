@@ -1,8 +1,8 @@
 """What programs in Python share: need() says before modules are imported which of Debian's packages have them,
 find_program() where a program of the library is, one_line() how errors end."""
 
+import contextlib
 import csv
-import functools
 import importlib.util
 import os
 import shutil
@@ -40,8 +40,9 @@ def program():
     return os.path.basename(sys.argv[0])
 
 
-def one_line(main):
-    """A main() whose errors of files and of values end with one line, which begins with the program's name, as do
+@contextlib.contextmanager
+def one_line():
+    """Errors of files and of values end the program with one line, which begins with its name, as do
     SlipStepWarnings."""
     show = warnings.showwarning
 
@@ -51,16 +52,12 @@ def one_line(main):
         else:
             show(message, category, *more, **rest)
 
-    @functools.wraps(main)
-    def run():
-        with warnings.catch_warnings():
-            warnings.showwarning = one
-            try:
-                main()
-            except (Error, OSError, ValueError) as error:
-                sys.exit(f"{program()}: {error}")
-
-    return run
+    with warnings.catch_warnings():
+        warnings.showwarning = one
+        try:
+            yield
+        except (Error, OSError, ValueError) as error:
+            sys.exit(f"{program()}: {error}")
 
 
 def csv_rows(path):

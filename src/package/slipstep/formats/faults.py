@@ -8,8 +8,9 @@ import re
 
 import numpy as np
 
-from .meshes import surfaces, triangles_of
+from .meshes import triangles_of
 from .model import Model, Segment
+from .surfaces import read as read_surfaces
 from .text import FormatError, Text, beyond, unused
 
 MPA, KM = 1e6, 1e3
@@ -87,7 +88,7 @@ def read_hbi(path, at, rake=None):
                       f"{value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
         model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
-        found = surfaces(beside(path, said["geometry_file"][1]))
+        found = read_surfaces(beside(path, said["geometry_file"][1]))
         cells, corners = triangles_of(path, found, KM)
         model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km")
     else:
@@ -286,7 +287,7 @@ def read_pyquake(path, at, rake=None, mesh=None):
         if len(meshes) != 1:
             raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
         mesh = meshes[0]
-    found = surfaces(mesh)
+    found = read_surfaces(mesh)
     cells, corners = triangles_of(mesh, found, KM if said["Scale_km"][1] == "True" else 1.0)
     model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names,
                   unit="km" if said["Scale_km"][1] == "True" else "m")

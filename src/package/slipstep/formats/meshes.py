@@ -6,24 +6,13 @@ import contextlib
 import h5py
 import numpy as np
 
-from ..geometry.meshfiles import UNITS, MeshError, read as read_surfaces
 from ..results.files import plain
 from .model import Model
 from .ours import cells_of_triangles
-from .text import LARGE, FormatError, unused
+from .surfaces import UNITS, read as read_surfaces
+from .text import FormatError, unused
 
 DEEPEST = 800.0  # [km]: larger depths are m, as fault takes them
-
-
-def surfaces(path):
-    """What geometry.meshfiles reads, its errors as ours."""
-    try:
-        found = read_surfaces(path)
-    except MeshError as error:
-        raise FormatError(str(error)) from None
-    if np.abs(found.corners).max() > LARGE:
-        raise FormatError(f"{path}: a coordinate of {np.abs(found.corners).max():g}, expected {LARGE:g} at most")
-    return found
 
 
 def triangles_of(path, found, unit):
@@ -62,7 +51,7 @@ def of_rectangles(path, file, unit):
 
 def of_surfaces(path, unit):
     """The model of triangles, with fields of RSQSim."""
-    found = surfaces(path)
+    found = read_surfaces(path)
     size, unit = (1.0, found.unit) if found.unit else unit_of(path, None, unit, np.abs(found.corners[..., 2]).max())
     cells, corners = triangles_of(path, found, size)
     names = {k: name for k, name in found.names.items() if name}

@@ -7,7 +7,7 @@ import json
 import h5py
 import numpy as np
 
-from ..results.files import plain, replacing
+from ..results.files import names_of, plain, replacing
 from .model import LEAST, Model, Segment
 from .projection import Projection
 from .text import FormatError
@@ -83,9 +83,7 @@ def read(path):
             model = Model(path, plain(file.attrs["kind"]), cells, rake, None, triangles, file["fault"][()])
             if slip is not None:
                 model.slip = slip[:, 0] * np.cos(np.radians(rake)) + slip[:, 1] * np.sin(np.radians(rake))
-            names = plain(file["fault"].attrs.get("names", ""))
-            model.names = {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in names.split("; ")
-                           if " " in word}
+            model.names = names_of(file["fault"])
             model.columns = {name: (data[()], plain(data.attrs["units"]))
                              for name, data in file.get("model", {}).items() if name != "layers"}
             model.fields = {name: (data[()], plain(data.attrs["units"])) for name, data in file.items()

@@ -13,9 +13,6 @@ import argparse
 import csv
 import sys
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 from ..geometry.geographic import add_arguments, check_origin, dates, local, lonlat
 from ..results.catalogue import Catalogue
 from ..results.files import replacing
@@ -57,7 +54,6 @@ def write_csep(catalogue, file, origin, at, start):
                          f"{depth:.4f}", 0, number))
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")

@@ -9,9 +9,6 @@
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import h5py
 import numpy as np
 from ..results.files import replacing
@@ -45,7 +42,6 @@ def compact(source, target, rows):
     return stride
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("source", metavar="IN", help="output file of a run")

@@ -10,9 +10,6 @@ steps on the same mesh.
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 from ..errors import OutputError
 from ..plots.maps import draw_map
 from ..plots.panels import (RUN_STYLES, draw_reference, draw_series, draw_steps, legend_above, legend_of_dots,
@@ -141,7 +138,6 @@ def figure(runs, reference, title):
     return canvas
 
 
-@one_line
 def main():
     options = arguments()
     runs = [load(argument) for argument in options.runs]

@@ -16,9 +16,6 @@ Input_BulkFaultGeometry.txt of Quake-DFN, parameter.txt of PyQuake3D, .geojson o
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import h5py
 import numpy as np
 
@@ -221,7 +218,6 @@ def arguments():
     return options
 
 
-@one_line
 def main():
     options = arguments()
 

@@ -11,9 +11,6 @@ import argparse
 import csv
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
 
@@ -90,7 +87,6 @@ def figure(run, events, pressure, course):
     return canvas
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")

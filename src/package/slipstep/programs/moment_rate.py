@@ -12,9 +12,6 @@ import argparse
 import csv
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 
 from ..plots.panels import RUN_STYLES, plt, use_style
@@ -61,7 +58,6 @@ def window(options):
     return onset, end, f"Event {number + 1} at {written(onset)}: M {catalogue.event['magnitude'][number]:.2f}"
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")

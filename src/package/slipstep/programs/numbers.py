@@ -10,9 +10,6 @@ Each is defined, with its source, in output/howto/numbers.md.
 import argparse
 import csv
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.colors import Normalize
 
@@ -79,7 +76,6 @@ def figure(run, catalogue, event, spin=None):
     return canvas
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("file", metavar="FILE", help="output file of a run, or its catalogue of events")

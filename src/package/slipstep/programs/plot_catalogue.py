@@ -9,9 +9,6 @@ them, cumulative slip along a line. Or one event: its slip and when each cell br
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.ticker import MaxNLocator
@@ -265,7 +262,6 @@ def arguments():
     return options
 
 
-@one_line
 def main():
     options = arguments()
     suffix = f"_event_{options.event}" if options.event else ""

@@ -11,9 +11,6 @@ series; step size and error estimate against time. Or of a fault: snapshots, a r
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..plots.film import film
 from ..plots.maps import draw_map, frames_of, heights_of
@@ -228,7 +225,6 @@ def picture(run, options):
             else small_figure(run, clock))
 
 
-@one_line
 def main():
     options = arguments()
     suffix = "" if options.kind == "overview" else f"_{options.kind}"

@@ -8,9 +8,6 @@ What the file does not hold is shown as missing.
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..plots.heat import Table, colours, draw_heat, error_of, error_ratio, ratio_to
 from ..plots.panels import RED, REFERENCE, log_scale, plt, save, use_style
@@ -424,7 +421,6 @@ FIGURES = {
 }
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")

@@ -9,9 +9,6 @@ import argparse
 import os
 import re
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import numpy as np
 from ..errors import OutputError
 from ..results.files import replacing
@@ -395,7 +392,6 @@ def fill(text, study, page):
     return text
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")

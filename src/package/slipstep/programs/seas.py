@@ -16,9 +16,6 @@ examples/seas_bp5.sh, seas_bp4.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and sea
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
@@ -308,7 +305,6 @@ def arguments():
     return parser.parse_args()
 
 
-@one_line
 def main():
     options = arguments()
     stem = os.path.splitext(options.run)[0]

@@ -18,9 +18,6 @@ import argparse
 import csv
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
@@ -342,7 +339,6 @@ def source_of(options):
     return slip_of_event(catalogue, catalogue.number_of(options.event or "largest"))
 
 
-@one_line
 def main():
     options = arguments()
     target = options.figure or f"{os.path.splitext(options.file)[0]}_surface{suffix_of(options)}.png"
