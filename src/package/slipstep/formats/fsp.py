@@ -280,8 +280,9 @@ def write(model, file):
     names = {"rupture_time": ("TRUP", "{:9.4f}"), "rise_time": ("RISE", "{:9.4f}"), "moment": ("SF_MOMENT", "{:12.4e}")}
     more = [(name, *names[name]) for name in names if name in model.columns]
     rule = "% " + 98 * "-" + "\n"
+    tag = re.sub(r"\W+", "_", model.path.rsplit("/", 1)[-1].rsplit(".", 1)[0])
     out = [f"% {34 * '-'}  FINITE-SOURCE RUPTURE MODEL  {32 * '-'}\n%\n% Event : "
-           f"{claims.get('title', 'slip by SlipStep')}\n% EventTAG: {tag(model)}\n%\n"]
+           f"{claims.get('title', 'slip by SlipStep')}\n% EventTAG: {tag}\n%\n"]
     out.append(f"% Loc  : LAT = {lat:.5f}   LON = {lon:.5f}   DEP = {depth / 1e3:.3f}\n")
     out.append(f"% Size : LEN = {length / 1e3:.4f} km   WID = {width / 1e3:.4f} km   Mw = "
                f"{2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else 0:.4f}   Mo = {moment:.15g} Nm\n")
@@ -332,10 +333,6 @@ def rows_of(model, part, more, origin):
         yield (f"{lat[k]:11.5f} {lon[k]:11.5f} {(upper[k, 1] - east) / 1e3:10.4f} {(upper[k, 0] - north) / 1e3:10.4f} "
                f"{upper[k, 2] / 1e3:9.4f} {model.slip[row]:9.4f} {model.rake[row]:9.4f}"
                + "".join(" " + form.format(model.columns[name][0][row]).rjust(11) for name, _, form in more) + "\n")
-
-
-def tag(model):
-    return re.sub(r"\W+", "_", model.path.rsplit("/", 1)[-1].rsplit(".", 1)[0])
 
 
 def mean_angle(angles, weight):

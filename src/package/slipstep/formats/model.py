@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from ..geometry.cells import directions
+from ..geometry.cells import corners_of, directions, normals
 from .text import FormatError
 
 AWRY = 0.25  # of a cell: how far points may be from a regular grid that is made of them
@@ -78,12 +78,10 @@ class Model:
         """[N] [m2]"""
         if self.triangles is None:
             return self.cells[:, 3] * self.cells[:, 4]
-        return np.linalg.norm(np.cross(self.triangles[:, 1] - self.triangles[:, 0],
-                                       self.triangles[:, 2] - self.triangles[:, 0]), axis=1) / 2
+        return np.linalg.norm(normals(self.triangles), axis=1) / 2
 
     @property
     def corners(self):
-        from ..geometry.cells import corners_of
         return corners_of(self.cells) if self.triangles is None else self.triangles
 
     @property
@@ -173,13 +171,6 @@ def grid_of(points, strike, dip, dx, dz):
     return (column, row, (nz, nx)) if len(np.unique(row * nx + column)) == len(points) else None
 
 
-def run_of(points, column):
-    """Strike [degrees] along which the columns of a grid run."""
-    weight = column - column.mean()
-    north, east = weight @ points[:, :2]
-    return float(np.degrees(np.arctan2(east, north)))
-
-
 def tiled(points, strike, dip, dx, dz, place="centre"):
     """Cells [n, 7] of points [n, 3] that are in a grid of one plane, without gaps and overlaps; also (nz, nx), the
     order of its cells by rows from the upper left, and how far points were away [m]. Where they are in none: cells at
@@ -205,7 +196,8 @@ def tiled(points, strike, dip, dx, dz, place="centre"):
 
     regular, centres, off = fitted(strike)
     if found and off > 0.1 * min(dx, dz) and found[2][1] > 2:
-        other = run_of(points, found[0])
+        north, east = (found[0] - found[0].mean()) @ points[:, :2]
+        other = float(np.degrees(np.arctan2(east, north)))  # the strike along which columns run
         if abs((other - strike + 180) % 360 - 180) <= 1.0 and fitted(other)[2] < off:
             taken = other % 360
             regular, centres, off = fitted(taken)

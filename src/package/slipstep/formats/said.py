@@ -3,11 +3,7 @@
 import numpy as np
 
 from ..geometry.cells import axis_along_strike, directions
-
-
-def magnitude(moment):
-    """Moment magnitude of the standard of the IASPEI (2013)."""
-    return 2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else np.nan
+from ..results.moment import magnitude
 
 
 def span(values, scale=1.0, digits=6):

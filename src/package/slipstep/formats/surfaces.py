@@ -141,7 +141,8 @@ def read_gocad(path):
 def names_and_columns(rows):
     """Names of faults from the words after their numbers, {number: [words, ...]}, and how many columns of numbers
     follow the names. As many as every row ends with are columns, unless names are told apart by them alone."""
-    ending = [next((k for k, word in enumerate(reversed(words)) if not re.fullmatch(NUMBER, word)), max(len(words) - 1, 0))
+    ending = [next((k for k, word in enumerate(reversed(words)) if not re.fullmatch(NUMBER, word)),
+                   max(len(words) - 1, 0))
               for all_words in rows.values() for words in all_words]
     columns = min(ending, default=0)
     short = {label: " ".join(words[0][:len(words[0]) - columns]) for label, words in rows.items()}

@@ -74,6 +74,11 @@ def triangles_of(mesh):
     return mesh["vertices"][mesh["triangles"].astype(int)] if "triangles" in mesh else None
 
 
+def normals(corners):
+    """Of triangles [..., 3, 3], as long as twice their area."""
+    return np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+
+
 def level_of(triangles, depth):
     """Where triangles [N, 3, 3] are at a depth [m]: [n, 2, 3]."""
     below = triangles[:, :, 2] > depth
@@ -94,7 +99,7 @@ def free_sides(triangles):
     _, place, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     free = count[place.reshape(-1)] == 1
     other = np.roll(triangles, -2, axis=1).reshape(-1, 3)  # the corner across
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal = normals(triangles)
     sine = np.repeat(np.hypot(normal[:, 0], normal[:, 1]) / np.linalg.norm(normal, axis=1), 3)  # of the dip
     along = np.abs(sides[:, 1, 2] - sides[:, 0, 2]) < 0.5 * sine * np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
     upper = free & along & (sides[:, :, 2].mean(axis=1) < other[:, 2])

@@ -4,6 +4,8 @@ has one place, and an edge is cut once."""
 
 import numpy as np
 
+from .cells import normals
+
 # share of an edge: a vertex that near to where its edges meet the ground is moved there, as cutting would leave a
 # needle
 SNAP = 0.1
@@ -37,11 +39,6 @@ class Mesh:
     @property
     def area(self):
         return 0.5 * np.linalg.norm(normals(self.vertices[self.triangles]), axis=1).sum()
-
-
-def normals(corners):
-    """Of triangles [..., 3, 3], as long as twice their area"""
-    return np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
 
 
 def sides(corners):

@@ -12,17 +12,10 @@ from ..results.fields import Fields
 from ..times import NAMES, SECONDS, unit_of
 from .panels import wrapped
 from .snapshots import round_step
-from .spacetime import along_line, lines_of
+from .spacetime import along_line, interpolate, lines_of
 
 SOLID, DASHED = "#0062a5", "#d9541e"
 LINES = 40  # solid ones where no interval is given
-
-
-def interpolate(times, values, wanted):
-    """Rows of values [n, m] at other times, linear between."""
-    right = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-    share = np.clip((wanted - times[right - 1]) / (times[right] - times[right - 1]), 0, 1)[:, None]
-    return (1 - share) * values[right - 1] + share * values[right]
 
 
 def between(end, interval, events):

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from ..errors import OutputError
-from ..geometry.cells import axis_along_strike, mesh_cells
+from ..geometry.cells import axis_along_strike, mesh_cells, normals
 from ..geometry.unroll import unroll
 from ..results.fields import Fields
 from .panels import plt, wrapped
@@ -209,16 +209,16 @@ def flat_triangles(mesh, cells):
     """Corners [3, N] of triangles seen across their mean plane: along cells.axis_along_strike() and down from their
     highest [m]; and whether normals leave their mean by more than BENT."""
     corners = mesh["vertices"][mesh["triangles"][cells]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(normals, axis=1)
+    across = normals(corners)
+    size = np.linalg.norm(across, axis=1)
     # of the mean plane, whichever way the corners go round
-    normal = np.linalg.eigh((normals / size[:, None]).T @ normals)[1][:, -1]
+    normal = np.linalg.eigh((across / size[:, None]).T @ across)[1][:, -1]
     strike = np.radians(axis_along_strike(mesh["strike"][cells], size))
     along, right = np.array([np.cos(strike), np.sin(strike), 0]), np.array([-np.sin(strike), np.cos(strike), 0])
     down = np.cross(normal, along)
     down /= np.linalg.norm(down) * (np.sign(down[2] if abs(down[2]) > 1e-9 else down @ right) or 1)
     s, d = corners @ along, corners @ down
-    bent = bool((np.abs(normals @ normal) < np.cos(np.radians(BENT)) * size).any())
+    bent = bool((np.abs(across @ normal) < np.cos(np.radians(BENT)) * size).any())
     return s.T, (d - d.min() + corners[..., 2].min() * (abs(normal[2]) < 1e-6)).T, bent
 
 

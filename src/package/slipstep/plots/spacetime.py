@@ -119,16 +119,22 @@ def along_line(fields, line):
     return np.concatenate([line.values(maps) for _, maps in fields.chunks()])
 
 
+def interpolate(times, values, wanted):
+    """Rows of values [n, m] at other times, linear between."""
+    right = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    share = np.clip((wanted - times[right - 1]) / (times[right] - times[right - 1]), 0, 1)[:, None]
+    return (1 - share) * values[right - 1] + share * values[right]
+
+
 def resample(times, values, count, largest):
     """Equal columns of a picture between the first and the last time: the largest value within each, so that no event
     is too short to be seen, and between rows the smaller of both neighbours; or the value at its middle, linear between
     rows."""
     bounds = np.linspace(times[0], times[-1], count + 1)
     middle = 0.5 * (bounds[1:] + bounds[:-1])
-    right = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
     if not largest:
-        share = ((middle - times[right - 1]) / (times[right] - times[right - 1]))[:, None]
-        return bounds, (1 - share) * values[right - 1] + share * values[right]
+        return bounds, interpolate(times, values, middle)
+    right = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
     found = np.minimum(values[right - 1], values[right])
     column = np.clip(((times - times[0]) / (times[-1] - times[0]) * count).astype(int), 0, count - 1)
     np.maximum.at(found, column, values)

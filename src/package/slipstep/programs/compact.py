@@ -15,11 +15,6 @@ from ..results.files import replacing
 from ..results.run import MESH, Run
 
 
-def kept(count, stride):
-    """Indices of every stride-th of count rows, and the last."""
-    return np.unique(np.append(np.arange(stride - 1, count, stride), count - 1))
-
-
 def store(file, data, rows):
     """A compressed copy of some rows of a dataset, under its own name and with its attributes."""
     copy = file.create_dataset(data.name, data=data[()][rows], compression="gzip", shuffle=True)
@@ -38,7 +33,7 @@ def compact(source, target, rows):
             store(new, old[f"mesh/{name}"], slice(None))
         for group in ("steps", "series"):
             for data in old[group].values():
-                store(new, data, kept(len(data), stride))
+                store(new, data, np.unique(np.append(np.arange(stride - 1, len(data), stride), len(data) - 1)))
     return stride
 
 

@@ -63,11 +63,6 @@ def course_of(run):
     return Course(*from_start(run.series))
 
 
-def history_error(run, reference):
-    """The largest difference of mean slip at any time, over the reference's final one."""
-    return history(course_of(run), course_of(reference))
-
-
 def half_slip_time(run):
     """When the mean slip passes half of its end [s]."""
     return passage(course_of(run), 0.5) if run.result["mean_slip"] > 0 else float("nan")
@@ -92,8 +87,9 @@ def table(runs, reference):
              "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
     rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run),
              cost(run), f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
-             *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference
-               and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
+             *((f"{100 * slip_error(run, reference):+.2f}",
+                f"{100 * history(course_of(run), course_of(reference)):.2f}") if reference and run.complete
+               else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
                      str(reference.result["solves"]), products(reference), cost(reference), "-",

@@ -8,7 +8,6 @@ The total is that of all slip since the start, and the rest is aseismic. The pre
 """
 
 import argparse
-import csv
 import os
 
 import h5py
@@ -17,7 +16,7 @@ import numpy as np
 from ..errors import OutputError
 from ..plots.panels import RUN_STYLES, plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import replacing
+from ..results.files import write_csv
 from ..results.run import Run
 from ..results.moment import magnitude
 from ..times import Clock, written
@@ -104,12 +103,9 @@ def main():
     events = {name: np.asarray(catalogue.event[name]) for name in ("onset", "end", "moment", "magnitude")}
     pressure = read_pressure(run, options.pressure)
     time, total, seismic = moments(run, events)
-    with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["time [s]", "largest_pressure [Pa]", "moment [N m]", "seismic_moment [N m]"])
-        peak = np.interp(time, *pressure) if pressure else np.full(len(time), np.nan)
-        for row in zip(time.tolist(), peak.tolist(), total.tolist(), seismic.tolist()):
-            writer.writerow([repr(value) for value in row])
+    peak = np.interp(time, *pressure) if pressure else np.full(len(time), np.nan)
+    write_csv(table, [["time [s]", "largest_pressure [Pa]", "moment [N m]", "seismic_moment [N m]"],
+                      *zip(time.tolist(), peak.tolist(), total.tolist(), seismic.tolist())])
     figure(run, events, pressure, (time, total, seismic)).savefig(picture)
     share = seismic[-1] / total[-1] if total[-1] > 0 else 0.0
     print(f"{len(events['onset'])} event{'s' * (len(events['onset']) != 1)}"

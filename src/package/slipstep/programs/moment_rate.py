@@ -9,14 +9,13 @@ where a step raises them many times over.
 """
 
 import argparse
-import csv
 import os
 
 import numpy as np
 
 from ..plots.panels import RUN_STYLES, plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import replacing
+from ..results.files import replacing, write_csv
 from ..results.moment import magnitude, moment_rate
 from ..results.run import Run
 from ..times import seconds, written
@@ -85,12 +84,10 @@ def main():
     begin, end, title = window(options)
     time, rate, moment = moment_rate(run, begin, end)
     faults = run.faults if len(run.faults) == rate.shape[1] else np.arange(rate.shape[1])
-    with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
-        writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"])
-        for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()):
-            writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []) + [so_far])])
+    of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
+    write_csv(table, [["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"],
+                      *([at, sum(row), *(row if of_faults else []), so_far]
+                        for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()))])
     if options.usgs:
         with replacing(options.usgs, options.run) as part, open(part, "w", encoding="utf-8") as file:
             write_usgs(file, time, moment, options.step)

@@ -195,12 +195,6 @@ def figure_steps(study):
     return canvas
 
 
-def resample(cell, times):
-    """A run's depth profiles at other times, linear between its steps."""
-    own, values = cell.profile()
-    return np.array([np.interp(times, own, column) for column in values.T])
-
-
 def draw_plane(axes, values, times, size, norm, cmap, title):
     image = axes.imshow(values, extent=(times[0], times[-1], size, 0), aspect="auto", cmap=cmap, norm=norm,
                         interpolation="nearest")
@@ -237,7 +231,8 @@ def figure_history(study, size=3.0):
                         title="solves, error of the final slip").set_in_layout(False)
     times, exact = study.reference_profile(case)
     label, _, cell = runs[0]
-    mine, top = resample(cell, times), exact.max()
+    own, values = cell.profile()
+    mine, top = np.array([np.interp(times, own, column) for column in values.T]), exact.max()
     draw_plane(panels[1, 0], exact.T, times, size, plt.Normalize(0, top), "magma",
                "slip rate along strike averaged: reference")
     draw_plane(panels[1, 1], mine, times, size, plt.Normalize(0, top), "magma", label)

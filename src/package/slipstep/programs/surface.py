@@ -15,7 +15,6 @@ Formulas are those of the library, by its program elastic (build/bin, or SLIPSTE
 """
 
 import argparse
-import csv
 import os
 
 import h5py
@@ -28,7 +27,7 @@ from ..geometry.surface import Elastic, look_vector, slip_of_event, slip_of_inpu
 from ..plots.maps import colour_bar
 from ..plots.panels import plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import is_catalogue, open_any, plain, replacing
+from ..results.files import is_catalogue, open_any, plain, replacing, write_csv
 from ..results.run import Run
 from ..times import seconds
 
@@ -178,10 +177,7 @@ def numbers_of(target, source, plane, on_map, points, at_points):
             for k, part in enumerate(parts or [""]):
                 head.append(f"{name}{part and '_' + part} [{unit}]")
                 table.append(data.reshape(len(where), -1)[:, k])
-        with replacing(target) as out, open(out, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(head)
-            writer.writerows([repr(float(value)) for value in row] for row in zip(*table))
+        write_csv(target, [head, *zip(*(column.tolist() for column in table))])
     else:
         with replacing(target) as out, h5py.File(out, "w") as file:
             file.attrs["source"], file.attrs["slip"] = source.path, source.words

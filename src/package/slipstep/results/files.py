@@ -2,6 +2,7 @@
 are whole or not there."""
 
 import contextlib
+import csv
 import os
 import time
 
@@ -115,3 +116,9 @@ def replacing(target, source=None):
         if os.path.exists(part):
             os.remove(part)
         raise
+
+
+def write_csv(path, rows, source=None):
+    """Rows of Python's numbers, to their last bit, and texts, the first of them the names; see replacing()."""
+    with replacing(path, source) as part, open(part, "w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
