@@ -18,8 +18,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def need(*modules):
-    """Returns when all modules are there. Else the script goes on under Debian's python3, or ends with one line that
-    names the packages."""
+    """Returns when modules are there; else the script goes on under Debian's python3, or names packages and ends."""
     missing = [name for name in modules if importlib.util.find_spec(name) is None]
     if not missing:
         return
@@ -42,8 +41,7 @@ def program():
 
 @contextlib.contextmanager
 def one_line():
-    """Errors of files and of values end the program with one line, which begins with its name, as do
-    SlipStepWarnings."""
+    """Errors of files and values end the program with one line with its name, as SlipStepWarnings are."""
     show = warnings.showwarning
 
     def one(message, category, *more, **rest):
@@ -61,8 +59,7 @@ def one_line():
 
 
 def csv_rows(path):
-    """Numbers of lines and words of a CSV file, without blank lines and those that begin with #. Error: it cannot be
-    read."""
+    """Numbers of lines and words of a CSV file, without blank ones and comments (#). Error: it cannot be read."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             rows = [(number, [word.strip() for word in row]) for number, row in enumerate(csv.reader(file), 1)]

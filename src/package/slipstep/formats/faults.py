@@ -37,8 +37,7 @@ def put_fields(model, columns):
 
 
 def table(path, count, names=None):
-    """Columns {name: [count]} of a file whose first line has their names, or of given names, and a line of what else it
-    has."""
+    """Columns {name: [count]} of a file, by its first line or given names, and a line of what else it has."""
     text = Text(path)
     first = 1 if names else 2
     names = names or text.lines[0].split() if len(text) else []
@@ -252,8 +251,7 @@ def dfn_rake(switch, values):
 
 
 def dfn_cells(values, nx, nz, down):
-    """Cells by rows from the upper left: StAng is counterclockwise from x, planes dip to its right, dips above 90
-    degrees to its left."""
+    """Cells by rows from the upper left: StAng is counterclockwise from x, dips above 90 degrees are to its left."""
     x, y, z, length, width, angle, dip = values[:7]
     strike = 90.0 - angle
     if dip > 90:
@@ -269,8 +267,7 @@ def dfn_cells(values, nx, nz, down):
 # ---- PyQuake3D ----
 
 def read_pyquake(path, at, rake=None, mesh=None):
-    """parameter.txt with the mesh beside it, in km or m by Scale_km, and a row of rake a b dc f0 tau sigma vel loads
-    for each cell."""
+    """parameter.txt with the mesh beside it, and a row of rake a b dc f0 tau sigma vel loads for each cell."""
     text, said = Text(path), {}
     for line, words in text:
         if words.strip() and not words.lstrip().startswith("#"):

@@ -122,8 +122,7 @@ class Reader:
 
 
 def places(reader, values, projection, remarks):
-    """Points [n, 3] of a segment's rows. LAT and LON say where it is, X and Y where its points are in it, as they have
-    more digits; which of these is east follows from LON."""
+    """Points [n, 3] of a segment's rows, at LAT and LON; X and Y, of more digits, say where they are in it."""
     columns = reader.columns
     north, east = projection.forward(values[:, columns.index("LON")], values[:, columns.index("LAT")])
     points = np.column_stack([north, east, 1e3 * values[:, columns.index("Z")]])
@@ -143,8 +142,7 @@ def places(reader, values, projection, remarks):
 
 
 def unrounded(sizes, whole, points, segment):
-    """Lengths and widths of cells [km]: Dx and Dz, or the extent over the number of cells where that is nearer to the
-    distances of the points, as Dx is often rounded."""
+    """Lengths and widths of cells [km]: Dx and Dz, or what extent and points say, as Dx is often rounded."""
     found = grid_of(points, segment["strike"], segment["dip"], *(1e3 * size for size in sizes))
     if not found:
         return sizes
@@ -182,8 +180,7 @@ def sizes(reader, segment, points, remarks):
 
 
 def read(path, at, rake=None):
-    """The model of a file. at(longitude, latitude) gives the projection about an origin, by default the
-    hypocentre's."""
+    """The model of a file. at(longitude, latitude): the projection about an origin, by default the hypocentre's."""
     reader = Reader(path)
     header, text = reader.header, reader.text
     projection = at(header["LON"], header["LAT"])

@@ -25,8 +25,7 @@ def triangles_of(path, found, unit):
 
 
 def unit_of(path, said, given, depth):
-    """Of lengths [m], and its name: what the file or --unit says, or metres where kilometres would be deeper than any
-    fault."""
+    """Of lengths [m], and its name: the file's, --unit's, or metres where kilometres would be too deep."""
     if said and given not in (None, said):
         raise FormatError(f"{path} says that its lengths are in {said}, expected no --unit {given}")
     unit = said or given or ("m" if depth > DEEPEST else None)
@@ -62,8 +61,7 @@ def of_surfaces(path, unit):
 
 
 def read(path, at, rake=None, unit=None):
-    """The model of a mesh; lengths are in the unit that it says, or unit, m or km. Rakes are those of the file, else
-    rake, else 0."""
+    """The model of a mesh. Lengths are in its unit, or unit, m or km; rakes are its own, else rake, else 0."""
     with h5py.File(path) if h5py.is_hdf5(path) else contextlib.nullcontext({}) as file:
         model = of_rectangles(path, file, unit) if "cells" in file else of_surfaces(path, unit)
         rakes = file["rake"][()].ravel() if "rake" in file else model.fields.pop("rake", (None,))[0]

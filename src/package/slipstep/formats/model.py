@@ -90,8 +90,7 @@ class Model:
         return float(self.area @ np.abs(self.slip))
 
     def hypocentre(self):
-        """North, east and down [m], where the file says it, else the centre of the cell that breaks first, or slips
-        most."""
+        """North, east and down [m], of the file, else of the cell that breaks first, or slips most."""
         if "hypocentre" in self.claims and self.projection is not None:
             lon, lat, depth = self.claims["hypocentre"]
             return np.array([*(float(v) for v in self.projection.forward(lon, lat)), depth])
@@ -103,8 +102,7 @@ class Model:
         return self.cells[int(np.argmax(moving)), :3]
 
     def on_plane(self, parts):
-        """Of segments the one that the hypocentre is in or nearest to, and how far it is there from the left end and
-        the upper edge, along strike and down dip [m]."""
+        """The segment of the hypocentre, and how far it is there along strike and down dip [m] from its corner."""
         found = []
         for number, part in enumerate(parts):
             cells = self.cells[part.rows]
@@ -118,8 +116,7 @@ class Model:
         return min(found)[1:]
 
     def rigidity(self):
-        """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that
-        of fault and elastic."""
+        """[N] [Pa], and where it is from: cells, layers, moments or rock of the file, else fault and elastic."""
         if "rigidity" in self.columns:
             return self.columns["rigidity"][0], "rigidities of the file"
         if self.layers is not None:
@@ -132,14 +129,12 @@ class Model:
             f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}")
 
     def rock(self):
-        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio:
-        those of --stress, slipstep surface and elastic."""
+        """Shear modulus [Pa] by which all slip has the moment of its cells' rigidities, and Poisson's ratio."""
         weight = self.area * np.abs(self.slip) if self.slip is not None and self.potency > 0 else self.area
         return float(np.average(self.rigidity()[0], weights=weight)), self.options.get("poisson_ratio", POISSON)
 
     def moment(self):
-        """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of
-        rigidity times area times slip."""
+        """Scalar moment [N m] and where its rigidity is from: moments of cells, else rigidity times potency."""
         if "moment" in self.columns:
             return float(self.columns["moment"][0].sum()), "moments of the file's cells"
         rigidity, words = self.rigidity()

@@ -98,8 +98,7 @@ def read(path):
 
 
 def cells_of_triangles(triangles):
-    """Centroids, extents along strike, widths, strikes and dips [N, 7] of triangles [N, 3, 3], and these with normals
-    upward."""
+    """Centroids, extents along strike, widths, strikes and dips [N, 7] of triangles, and these with normals upward."""
     normal = normals(triangles)
     # to the right of a strike in [0, 180) degrees
     upright = np.abs(normal[:, 2]) <= 1e-9 * np.linalg.norm(normal, axis=1)

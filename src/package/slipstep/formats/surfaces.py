@@ -179,8 +179,7 @@ def read_rsqsim(path, rate_unit):
 # ---- OBJ ----
 
 def read_obj(path):
-    """Vertices and faces; normals and places in pictures, which faces may name beside each vertex, are left out. Groups
-    are faults, or else objects."""
+    """Vertices and faces, without normals and places in pictures. Groups are faults, or else objects."""
     points, faces, groups, objects, group, thing, text = [], [], [], [], "", "", Text(path)
     for line, whole in text:
         words = whole.split("#", 1)[0].split()
@@ -245,8 +244,7 @@ def read_hdf5(path):
 # ---- Gmsh ----
 
 class _Words:
-    """Numbers of a section as text: take(count, code) with the codes of struct, d of floating point and others of whole
-    numbers"""
+    """Numbers of a section as text: take(count, code) by codes of struct, d of floating point, others whole."""
 
     def __init__(self, content):
         self.words = iter(content.decode(errors="replace").split())
@@ -277,8 +275,7 @@ class _Bytes:
 
 
 def read_gmsh(path):
-    """2.2 and 4.1: triangles of physical surfaces, or all where there are none. fault reads such files itself and says
-    more of what is wrong with them."""
+    """2.2 and 4.1: triangles of physical surfaces, or all where there are none; fault itself says more of errors."""
     with open(path, "rb") as file:
         sections = dict(re.findall(rb"\$(\w+)[ \t]*\r?\n(.*?)\$End\1", file.read(), re.DOTALL))
     try:

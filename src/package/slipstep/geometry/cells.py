@@ -58,8 +58,7 @@ def mesh_cells(mesh):
 
 
 def cells_of(path, mesh, of):
-    """[N, 7], of triangles their centroids and extents, and the shape of a grid; of: its extents. Files of before
-    dipping faults know neither strike nor dip."""
+    """[N, 7], of triangles centroids and extents, and the shape of a grid; of: its extents."""
     if "length" in mesh:
         return mesh_cells(mesh), None
     missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]
@@ -92,8 +91,7 @@ def level_of(triangles, depth):
 
 
 def free_sides(triangles):
-    """Sides [n, 2, 3] of triangles [N, 3, 3] that no other one has: those on the upper ends of their triangles, and all
-    others."""
+    """Sides [n, 2, 3] of triangles that no other one has: those on upper ends, and all others."""
     sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
     key = np.sort(np.unique(sides.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
     _, place, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
@@ -119,8 +117,7 @@ def free_edges(corners, shape=None):
 
 
 def _touches(edges, others):
-    """Whether the middle of each edge [n, 2, 3] lies on one of the others. Most lie on the middle of one, which a table
-    finds."""
+    """Whether the middle of each edge [n, 2, 3] lies on one of the others: on the middle of most, by a table."""
     middle, begin, reach = edges.mean(axis=1), others[:, 0], others[:, 1] - others[:, 0]
     size = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     unit = EDGE * size.min()

@@ -19,8 +19,7 @@ def place(text):
 
 
 def crossing(here, across, at):
-    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n] in its direction and in the
-    other one; ends that are equal where it is not."""
+    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n]; equal: it is not."""
     low, high = np.full(here.shape[1], np.inf), np.full(here.shape[1], -np.inf)
     for k in range(3):
         begin, end = across[k], across[(k + 1) % 3]
@@ -99,8 +98,7 @@ self.at, lambda cells: values[:, cells[0]])
         return np.stack([take(cells) if len(cells) else np.full(len(values), np.nan) for cells in self.over], axis=1)
 
     def drawn(self, values):
-        """Distances and values [..., intervals] of a curve along the line: through the middles, or of a single cell
-        from end to end."""
+        """Distances and values [..., intervals] of a curve, through middles; of one cell from end to end."""
         return (self.centres, values) if len(self.centres) > 1 else (self.edges, np.repeat(values, 2, axis=-1))
 
 

@@ -69,8 +69,7 @@ def half_slip_time(run):
 
 
 def products(run):
-    """Products with stiffness and viscosity, + applications of the preconditioner; older files know products with the
-    stiffness alone, or none."""
+    """Products with stiffness and viscosity (older files: stiffness, or none) + of the preconditioner."""
     known = [run.result[name] for name in ("products_all", "products") if name in run.result]
     preconditioner = run.result.get("products_pc", 0)
     return (f"{known[0]:.0f}" if known else "-") + (f" + {preconditioner:.0f}" if preconditioner else "")

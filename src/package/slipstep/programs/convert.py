@@ -46,8 +46,7 @@ def shifted(model):
 
 
 def grounded(model):
-    """Rectangles of faults whose upper edge is above the ground by no more than the digits of their file, moved down to
-    it."""
+    """Rectangles of faults that are above the ground by the digits of their file, moved down to it."""
     if model.triangles is not None:
         return
     top = model.corners[..., 2].min(axis=1)

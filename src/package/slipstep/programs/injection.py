@@ -23,8 +23,7 @@ from ..times import Clock, written
 
 
 def moments(run, events):
-    """Times [s], total moments since the start and those of events that have ended or go on [N m], at every step. Slip
-    counts by its amount, fault by fault."""
+    """Times [s], moments since the start and those of events [N m], at every step; slip counts by its amount."""
     if "moment" not in run.series:
         raise OutputError(f"{run.path}: no /series/moment; expected a run of SlipStep 0.4 or later")
     time = run.series["time"]

@@ -22,8 +22,7 @@ from ..times import seconds, written
 
 
 def write_usgs(file, time, moment, step):
-    """The form of moment_rate.mr of the USGS: step, titles, and rows of time [s] and rate [N m/s], whose sum times the
-    step is the moment."""
+    """As moment_rate.mr of the USGS: step, titles, and rows of time and rate, whose sum is the moment."""
     grid = step * np.arange(int(np.ceil(time[-1] / step)) + 1)
     edges = np.interp(np.append(grid - step / 2, grid[-1] + step / 2), time, moment.sum(axis=1))
     file.write(f"dt: {step:g}\nTime[s]     Moment_Rate [Nm]\n")

@@ -56,8 +56,7 @@ def draw_columns(axes, run, units, clock):
 
 
 def attempt_panels(run):
-    """Rows of panels for what the file has of attempts: files of older versions have none of explicit integrators, and
-    constant steps have no error estimate."""
+    """Rows of panels for what the file has of attempts; constant steps have no error estimate."""
     if not len(run.steps["dt"]):
         return []
     return [["steps", "error"]] if (run.steps["error"] > 0).any() else [["steps", "steps"]]

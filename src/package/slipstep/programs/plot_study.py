@@ -38,8 +38,7 @@ def short_names(names):
 
 
 def shown_policies(study, problem):
-    """Few policies for crowded panels: of each sweep the member nearest to alpha = 2, and those outside sweeps, with
-    their dial where it stands by itself and without what they were transferred to."""
+    """Few policies for crowded panels: of sweeps that nearest to alpha = 2, and those outside, not transferred."""
     sweeps = study.sweeps(problem)
     chosen = [min(members, key=lambda alpha: abs(np.log(alpha / 2))) for members in sweeps.values()]
     middle = [members[alpha] for members, alpha in zip(sweeps.values(), chosen)]
@@ -205,8 +204,7 @@ def draw_plane(axes, values, times, size, norm, cmap, title):
 
 
 def figure_history(study, size=3.0):
-    """Mean slip rate and slip against time; slip rate over depth and time of the reference, the first policy and their
-    difference."""
+    """Mean slip rate and slip against time; slip rate over depth and time, and off from the reference."""
     mesh = finest(study, size)
     case = f"fault_{size:g}km_{mesh}x{mesh}"
     canvas, panels = plt.subplots(2, 3, figsize=(12, 6.6), layout="constrained")
@@ -245,8 +243,7 @@ def figure_history(study, size=3.0):
 # ---- work and precision ----
 
 def draw_precision(axes, study, wanted, problem, measure, scale, width=1.0):
-    """Error against solves: a line for each classical controller and treatment, a mark for each policy and
-    treatment."""
+    """Error against solves: a line for each controller and treatment, a mark for each policy."""
     cells = study.select(converged=1, **wanted)
     classical = [cell for cell in cells if not cell.learned]
     for controller in CLASSICAL:
@@ -298,8 +295,7 @@ def precision_panels(rows, columns, width, height, sharex=False):
 
 
 def within(name, problem):
-    """What tells a small problem's policies apart, for a legend that two problems share: tqc; dial@0.1 of one with a
-    dial."""
+    """What tells a small problem's policies apart, for a shared legend: tqc; dial@0.1 of one with a dial."""
     rest = name.removeprefix(problem).lstrip("_")
     return rest if rest and not rest.startswith("@") else "dial" + rest
 
@@ -350,8 +346,7 @@ def figure_precision_small(study):
 # ---- transfer ----
 
 def transfers(study):
-    """(transferred policy, the one of a sweep that it began from): its name is that one's and what it was transferred
-    to."""
+    """(transferred policy, the one of a sweep that it began from), whose name it begins with."""
     swept = [name for members in study.sweeps().values() for name in members.values()]
     return [(name, base) for name in study.policies("fault") for base in swept if name.startswith(base + "_")]
 
@@ -380,8 +375,7 @@ def draw_transfer(axes, study, size, meshes, named):
 
 
 def figure_transfer(study):
-    """Solves of heuristic over those of a policy before and after its transfer, with the errors of the final slip on
-    the bars."""
+    """Solves of heuristic over those of a policy before and after its transfer, with errors on the bars."""
     sizes, pairs = study.axis("size_km", problem="fault") or [3.0], transfers(study)
     meshes, named = study.axis("mesh", problem="fault"), [name for pair in pairs for name in pair[::-1]]
     canvas, panels = plt.subplots(1, len(sizes), figsize=(5.4 * len(sizes), 4.2), layout="constrained", squeeze=False,

@@ -114,8 +114,7 @@ class Picture:
         self.used = 0
 
     def draw(self, title, values, label, scale, most=None, depth=None):
-        """A map; values and most in the unit of the file, scale: of the bar in it; depth: of the map below the ground
-        [m]."""
+        """A map; values and most in the file's unit, scale: of the bar in it; depth: of the map [m]."""
         axes, plane = self.axes[self.used], self.plane
         self.used += 1
         most = (most if most is not None else np.abs(values).max()) / scale or 1.0
@@ -307,8 +306,7 @@ def check(parser, options):
 
 
 def suffix_of(options):
-    """What tells pictures of one file apart: those of all of it have none but for what is drawn besides
-    displacement."""
+    """What tells pictures of one file apart: the event, and what is drawn besides displacement."""
     event = f"_event_{options.event}" if options.event not in (None, "largest") else ""
     return event + "".join(f"_{name}" for name in ("look", "points", "receiver") if getattr(options, name) is not None)
 

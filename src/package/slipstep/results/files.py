@@ -50,8 +50,7 @@ def plain(value):
 
 
 def names_of(data):
-    """Names of faults by their labels, which the dataset of labels may have: "1 North; 2 South"; empty where it is None
-    or has none."""
+    """Names of faults by their labels, of a dataset of labels with "1 North; 2 South", or of None."""
     text = plain(data.attrs.get("names", "")) if data is not None else ""
     return {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in text.split("; ") if " " in word
             and word.split(" ", 1)[0].lstrip("-").isdigit()}

@@ -45,8 +45,7 @@ def resolved(command, base):
 
 
 class Process:
-    """One run under way: its commands one after the other, what they print into log.txt. The lock is held until it is
-    over."""
+    """One run under way: commands one after the other, printing into log.txt, under a lock until it is over."""
 
     def __init__(self, plan, record, descriptor):
         self.plan, self.record, self.descriptor = plan, record, descriptor
@@ -112,8 +111,7 @@ class Process:
             self.log.flush()
 
     def poll(self):
-        """None while it goes on, then its status: one of ENDED, "failed" or "stopped"; recorded, and the lock let
-        go."""
+        """None while it goes on, then its recorded status: one of ENDED, "failed" or "stopped"."""
         code = 127 if self.child is None else self.child.poll()
         if code is None:
             return None

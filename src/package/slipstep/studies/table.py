@@ -181,8 +181,7 @@ def check_name(source, name):
 
 
 def missing(name, options):
-    """What a column needs and a run with these options of the program (names without "fault_") does not have; "":
-    nothing that is known before it runs."""
+    """What a column needs that a run with these options (without "fault_") does not have; "": nothing."""
     fields = set(str(options["output_fields"]).split(",")) if options.get("output_fields") else None
     if (name.startswith("stress_drop_") and name != "stress_drop_moment" and fields is not None
         and not {"slip", "traction"} <= fields):
@@ -205,8 +204,7 @@ def unit(name):
 
 
 def value(name, files, outcome):
-    """A column of one run that is over: a number or text, None where it has none. Of a program of one's own its numbers
-    go first."""
+    """A column of a run that is over: a number or text, or None; numbers of its own program go first."""
     if name in OF_RECORD:
         return outcome.get(name)
     if name in files.numbers:
