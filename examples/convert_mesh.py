@@ -50,7 +50,8 @@ from slipstep.modules import need
 need("h5py", "numpy")
 import h5py
 import numpy as np
-from slipstep.geometry.meshfiles import FORMATS, KINDS, RATES, UNITS, MeshError, Surfaces, read
+from slipstep.formats.surfaces import FORMATS, KINDS, RATES, UNITS, Surfaces, read
+from slipstep.formats.text import FormatError
 from slipstep.geometry.meshrepair import Mesh, clip, faults_of, flatten, repair, rising, shift
 from slipstep.results.files import replacing
 
@@ -77,9 +78,9 @@ def joined(paths, found, unit, frame):
     """Surfaces of all files in one, in metres where the unit is said"""
     for path, own in zip(paths, found):
         if own.unit and unit not in (None, own.unit) and all(other.unit for other in found):
-            raise MeshError(f"{path} says that its lengths are in {own.unit}, and --unit says {unit}")
+            raise FormatError(f"{path} says that its lengths are in {own.unit}, and --unit says {unit}")
         if not (own.unit or unit) and any(other.unit for other in found):
-            raise MeshError(f"{path} does not say the unit of its lengths and another file does: expected "
+            raise FormatError(f"{path} does not say the unit of its lengths and another file does: expected "
                             "--unit m or km")
     corners, fault, names, free = [], [], {}, 0
     for path, own in zip(paths, found):
@@ -154,9 +155,9 @@ def hints(mesh, done, up, degree):
 def check_output(paths, target):
     if (os.path.splitext(target)[1].lower() in set(KINDS) - {".h5", ".hdf5"}
         or (os.path.exists(target) and not h5py.is_hdf5(target))):
-        raise MeshError(f"{target} is the last name, which is of the HDF5 file to write: expected IN... OUT.h5")
+        raise FormatError(f"{target} is the last name, which is of the HDF5 file to write: expected IN... OUT.h5")
     if any(os.path.exists(target) and os.path.exists(path) and os.path.samefile(path, target) for path in paths):
-        raise MeshError(f"{target} is a file to read, expected another name to write")
+        raise FormatError(f"{target} is a file to read, expected another name to write")
 
 
 def main():
@@ -185,7 +186,7 @@ def main():
         found = [read(path, args.format, args.rate_unit, args.label) for path in args.input]
         surfaces = joined(args.input, found, args.unit, args.frame)
         if args.fields and not surfaces.fields:
-            raise MeshError(f"{args.input[0]}: only rows of RSQSim have rakes and slip rates for --fields")
+            raise FormatError(f"{args.input[0]}: only rows of RSQSim have rakes and slip rates for --fields")
         mesh = Mesh(*shared(surfaces.corners), surfaces.fault)
         said = [f"{path}: {remark}" for path, own in zip(args.input, found) for remark in own.remarks]
         if args.origin:
@@ -199,13 +200,13 @@ def main():
         if not len(mesh.triangles):
             up = (args.frame or found[0].frame) == "enu"
             hint = "if z is downward, --frame ned or end" if up else "if z is upward, --frame enu"
-            raise MeshError(f"{args.input[0]}: nothing is below the ground; {hint} says so")
+            raise FormatError(f"{args.input[0]}: nothing is below the ground; {hint} says so")
         if args.repair:
             said.append(repair(mesh))
         write(args.output, mesh, surfaces)
         if args.fields:
             write_fields(args.fields, surfaces.fields, mesh.parent)
-    except (MeshError, OSError) as error:
+    except (FormatError, OSError) as error:
         sys.exit(f"convert_mesh.py: {error}")
     unit = "m" if surfaces.unit else "in a unit that nothing says: --unit m or km does"
     print("".join(f"{line}\n" for line in said)

@@ -94,10 +94,10 @@ class PictureTest(ScriptTest):
     def main(self, module, *arguments):
         """Exit code, output and error output of main() of a script."""
         out, err, code = io.StringIO(), io.StringIO(), 0
-        name = called(module)
-        script = importlib.import_module(module if name.endswith(".py") else f"slipstep.programs.{module}")
-        with mock.patch.object(sys, "argv",
-                               [name, *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        *words, name = called(module).split(" ")
+        script = importlib.import_module(module if name.endswith(".py") else "slipstep.__main__")
+        with mock.patch.object(sys, "argv", [*words, name, *arguments]), contextlib.redirect_stdout(
+                out), contextlib.redirect_stderr(err):
             try:
                 script.main()
             except SystemExit as stop:

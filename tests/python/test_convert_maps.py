@@ -12,7 +12,7 @@ import numpy as np
 
 from slipstep.formats import maps, meshes
 from slipstep.geometry.cells import corners_of, directions
-from slipstep.geometry.meshfiles import read as read_surfaces
+from slipstep.formats.surfaces import read as read_surfaces
 
 NORTH = np.array([[-5e3, 0, 0], [5e3, 0, 0]])  # a trace to the north
 

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 
-from .modules import find_program
+from .modules import find_program, need, one_line
 
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "programs")
 
@@ -42,7 +42,9 @@ def main():
         sys.exit(f"slipstep: there is no program {sys.argv[1]}"
                  + (f"; did you mean {near[0]}?" if near else "; slipstep --help lists them"))
     sys.argv[:2] = [f"slipstep {name}"]
-    importlib.import_module(f"slipstep.programs.{name.replace('-', '_')}").main()
+    need("h5py", "numpy", "matplotlib")
+    with one_line():
+        importlib.import_module(f"slipstep.programs.{name.replace('-', '_')}").main()
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """What programs in Python share: need() says before modules are imported which of Debian's packages have them,
 find_program() where a program of the library is, one_line() how errors end."""
 
+import contextlib
 import csv
-import functools
 import importlib.util
 import os
 import shutil
@@ -18,8 +18,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def need(*modules):
-    """Returns when all modules are there. Else the script goes on under Debian's python3, or ends with one line that
-    names the packages."""
+    """Returns when modules are there; else the script goes on under Debian's python3, or names packages and ends."""
     missing = [name for name in modules if importlib.util.find_spec(name) is None]
     if not missing:
         return
@@ -40,9 +39,9 @@ def program():
     return os.path.basename(sys.argv[0])
 
 
-def one_line(main):
-    """A main() whose errors of files and of values end with one line, which begins with the program's name, as do
-    SlipStepWarnings."""
+@contextlib.contextmanager
+def one_line():
+    """Errors of files and values end the program with one line with its name, as SlipStepWarnings are."""
     show = warnings.showwarning
 
     def one(message, category, *more, **rest):
@@ -51,21 +50,16 @@ def one_line(main):
         else:
             show(message, category, *more, **rest)
 
-    @functools.wraps(main)
-    def run():
-        with warnings.catch_warnings():
-            warnings.showwarning = one
-            try:
-                main()
-            except (Error, OSError, ValueError) as error:
-                sys.exit(f"{program()}: {error}")
-
-    return run
+    with warnings.catch_warnings():
+        warnings.showwarning = one
+        try:
+            yield
+        except (Error, OSError, ValueError) as error:
+            sys.exit(f"{program()}: {error}")
 
 
 def csv_rows(path):
-    """Numbers of lines and words of a CSV file, without blank lines and those that begin with #. Error: it cannot be
-    read."""
+    """Numbers of lines and words of a CSV file, without blank ones and comments (#). Error: it cannot be read."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             rows = [(number, [word.strip() for word in row]) for number, row in enumerate(csv.reader(file), 1)]

@@ -145,8 +145,7 @@ def totals(ts):
 
 
 def _guarded(function, kind, *sizes):
-    """function(t, *arrays) as C calls it; an array that C has not is None. An exception is printed, and fails the
-    solve."""
+    """function(t, *arrays) as C calls it, None for no array. An exception is printed, and fails the solve."""
 
     def guarded(t, *pointers):
         try:

@@ -92,8 +92,7 @@ def read_wells(path):
 
 
 def _substeps(begin, end, felt):
-    """Times from begin to end at which the rate that holds a pressure changes, and its end. felt: until a rate is felt
-    at the well's radius [s]."""
+    """Times at which the rate that holds a pressure changes; felt: until it is felt at the radius [s]."""
     span = end - begin
     least = min(max(LEAST_STEP, felt / span), 1.0)
     return (begin + span

@@ -8,8 +8,9 @@ import re
 
 import numpy as np
 
-from .meshes import surfaces, triangles_of
+from .meshes import triangles_of
 from .model import Model, Segment
+from .surfaces import read as read_surfaces
 from .text import FormatError, Text, beyond, unused
 
 MPA, KM = 1e6, 1e3
@@ -36,8 +37,7 @@ def put_fields(model, columns):
 
 
 def table(path, count, names=None):
-    """Columns {name: [count]} of a file whose first line has their names, or of given names, and a line of what else it
-    has."""
+    """Columns {name: [count]} of a file, by its first line or given names, and a line of what else it has."""
     text = Text(path)
     first = 1 if names else 2
     names = names or text.lines[0].split() if len(text) else []
@@ -87,7 +87,7 @@ def read_hbi(path, at, rake=None):
                       f"{value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
         model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
-        found = surfaces(beside(path, said["geometry_file"][1]))
+        found = read_surfaces(beside(path, said["geometry_file"][1]))
         cells, corners = triangles_of(path, found, KM)
         model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km")
     else:
@@ -251,8 +251,7 @@ def dfn_rake(switch, values):
 
 
 def dfn_cells(values, nx, nz, down):
-    """Cells by rows from the upper left: StAng is counterclockwise from x, planes dip to its right, dips above 90
-    degrees to its left."""
+    """Cells by rows from the upper left: StAng is counterclockwise from x, dips above 90 degrees are to its left."""
     x, y, z, length, width, angle, dip = values[:7]
     strike = 90.0 - angle
     if dip > 90:
@@ -268,8 +267,7 @@ def dfn_cells(values, nx, nz, down):
 # ---- PyQuake3D ----
 
 def read_pyquake(path, at, rake=None, mesh=None):
-    """parameter.txt with the mesh beside it, in km or m by Scale_km, and a row of rake a b dc f0 tau sigma vel loads
-    for each cell."""
+    """parameter.txt with the mesh beside it, and a row of rake a b dc f0 tau sigma vel loads for each cell."""
     text, said = Text(path), {}
     for line, words in text:
         if words.strip() and not words.lstrip().startswith("#"):
@@ -286,7 +284,7 @@ def read_pyquake(path, at, rake=None, mesh=None):
         if len(meshes) != 1:
             raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
         mesh = meshes[0]
-    found = surfaces(mesh)
+    found = read_surfaces(mesh)
     cells, corners = triangles_of(mesh, found, KM if said["Scale_km"][1] == "True" else 1.0)
     model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names,
                   unit="km" if said["Scale_km"][1] == "True" else "m")

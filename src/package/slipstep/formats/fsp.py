@@ -122,8 +122,7 @@ class Reader:
 
 
 def places(reader, values, projection, remarks):
-    """Points [n, 3] of a segment's rows. LAT and LON say where it is, X and Y where its points are in it, as they have
-    more digits; which of these is east follows from LON."""
+    """Points [n, 3] of a segment's rows, at LAT and LON; X and Y, of more digits, say where they are in it."""
     columns = reader.columns
     north, east = projection.forward(values[:, columns.index("LON")], values[:, columns.index("LAT")])
     points = np.column_stack([north, east, 1e3 * values[:, columns.index("Z")]])
@@ -143,8 +142,7 @@ def places(reader, values, projection, remarks):
 
 
 def unrounded(sizes, whole, points, segment):
-    """Lengths and widths of cells [km]: Dx and Dz, or the extent over the number of cells where that is nearer to the
-    distances of the points, as Dx is often rounded."""
+    """Lengths and widths of cells [km]: Dx and Dz, or what extent and points say, as Dx is often rounded."""
     found = grid_of(points, segment["strike"], segment["dip"], *(1e3 * size for size in sizes))
     if not found:
         return sizes
@@ -182,8 +180,7 @@ def sizes(reader, segment, points, remarks):
 
 
 def read(path, at, rake=None):
-    """The model of a file. at(longitude, latitude) gives the projection about an origin, by default the
-    hypocentre's."""
+    """The model of a file. at(longitude, latitude): the projection about an origin, by default the hypocentre's."""
     reader = Reader(path)
     header, text = reader.header, reader.text
     projection = at(header["LON"], header["LAT"])
@@ -280,8 +277,9 @@ def write(model, file):
     names = {"rupture_time": ("TRUP", "{:9.4f}"), "rise_time": ("RISE", "{:9.4f}"), "moment": ("SF_MOMENT", "{:12.4e}")}
     more = [(name, *names[name]) for name in names if name in model.columns]
     rule = "% " + 98 * "-" + "\n"
+    tag = re.sub(r"\W+", "_", model.path.rsplit("/", 1)[-1].rsplit(".", 1)[0])
     out = [f"% {34 * '-'}  FINITE-SOURCE RUPTURE MODEL  {32 * '-'}\n%\n% Event : "
-           f"{claims.get('title', 'slip by SlipStep')}\n% EventTAG: {tag(model)}\n%\n"]
+           f"{claims.get('title', 'slip by SlipStep')}\n% EventTAG: {tag}\n%\n"]
     out.append(f"% Loc  : LAT = {lat:.5f}   LON = {lon:.5f}   DEP = {depth / 1e3:.3f}\n")
     out.append(f"% Size : LEN = {length / 1e3:.4f} km   WID = {width / 1e3:.4f} km   Mw = "
                f"{2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else 0:.4f}   Mo = {moment:.15g} Nm\n")
@@ -332,10 +330,6 @@ def rows_of(model, part, more, origin):
         yield (f"{lat[k]:11.5f} {lon[k]:11.5f} {(upper[k, 1] - east) / 1e3:10.4f} {(upper[k, 0] - north) / 1e3:10.4f} "
                f"{upper[k, 2] / 1e3:9.4f} {model.slip[row]:9.4f} {model.rake[row]:9.4f}"
                + "".join(" " + form.format(model.columns[name][0][row]).rjust(11) for name, _, form in more) + "\n")
-
-
-def tag(model):
-    return re.sub(r"\W+", "_", model.path.rsplit("/", 1)[-1].rsplit(".", 1)[0])
 
 
 def mean_angle(angles, weight):

@@ -30,8 +30,7 @@ COMPASS = {name: 22.5 * k for k, name in enumerate("N NNE NE ENE E ESE SE SSE S 
 
 
 def first_number(value):
-    """A property as a number; the first of several, as "(60,45,75)": the best, the least and the largest. None: there
-    is none."""
+    """A property as a number; the first of several, the best, as of "(60,45,75)"; None: there is none."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value) if np.isfinite(value) else None
     found = re.search(NUMBER, str(value))
@@ -83,16 +82,14 @@ def traces(path):
 
 
 def turned(side, strike):
-    """Whether a plane that dips to a side, of the compass or in degrees, has the strike that is opposite to that of its
-    trace."""
+    """Whether a plane that dips to a side (compass or degrees) has the strike opposite to that of its trace."""
     letters = re.sub("[^A-Z]", "", re.sub("(N|S|E|W)(ORTH|OUTH|AST|EST)", r"\1", (side or "").upper()))
     degrees = COMPASS.get(letters, first_number(side))
     return degrees is not None and np.cos(np.radians(degrees - strike) - np.pi / 2) < 0
 
 
 def read_traces(path, at, rake=None):
-    """The model of a file of traces: a rectangle below each of their parts, which dips to the right of it, or where the
-    file says to, from the upper to the lower depth [km]."""
+    """The model of traces: a rectangle below each part, dipping to its right, or where the file says to."""
     features, others = traces(path)
     whole = [(said, lines_of(path, number, geometry), number) for said, geometry, number in features
              if all(said.get(name) is not None for name in ("dip", "top", "bottom"))]
@@ -148,8 +145,7 @@ def is_grid(file):
 
 
 def rows_of(path):
-    """Longitude, latitude and depth [n, 3] of a file of text, NaN where there is none, and a line of what else it
-    has."""
+    """Longitude, latitude and depth [n, 3] of a file of text, NaN where none, and a line of what else it has."""
     text, rows, split = Text(path), [], []
     for line, words in text:
         words = words.replace(",", " ").split()
@@ -180,8 +176,7 @@ def grid_of_rows(path, rows):
 
 
 def read_depths(path, at, rake=None, unit=None):
-    """The model of a surface of triangles between the points of a grid that have a depth, [km] unless --unit is m;
-    depths are all positive or all negative."""
+    """The model of triangles between points of a grid with depths [km] (--unit m: [m]), all of one sign."""
     if h5py.is_hdf5(path):
         with h5py.File(path) as file:
             x, y = ("x", "y") if "x" in file else ("lon", "lat")

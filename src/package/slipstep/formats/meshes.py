@@ -6,24 +6,13 @@ import contextlib
 import h5py
 import numpy as np
 
-from ..geometry.meshfiles import UNITS, MeshError, read as read_surfaces
 from ..results.files import plain
 from .model import Model
 from .ours import cells_of_triangles
-from .text import LARGE, FormatError, unused
+from .surfaces import UNITS, read as read_surfaces
+from .text import FormatError, unused
 
 DEEPEST = 800.0  # [km]: larger depths are m, as fault takes them
-
-
-def surfaces(path):
-    """What geometry.meshfiles reads, its errors as ours."""
-    try:
-        found = read_surfaces(path)
-    except MeshError as error:
-        raise FormatError(str(error)) from None
-    if np.abs(found.corners).max() > LARGE:
-        raise FormatError(f"{path}: a coordinate of {np.abs(found.corners).max():g}, expected {LARGE:g} at most")
-    return found
 
 
 def triangles_of(path, found, unit):
@@ -36,8 +25,7 @@ def triangles_of(path, found, unit):
 
 
 def unit_of(path, said, given, depth):
-    """Of lengths [m], and its name: what the file or --unit says, or metres where kilometres would be deeper than any
-    fault."""
+    """Of lengths [m], and its name: the file's, --unit's, or metres where kilometres would be too deep."""
     if said and given not in (None, said):
         raise FormatError(f"{path} says that its lengths are in {said}, expected no --unit {given}")
     unit = said or given or ("m" if depth > DEEPEST else None)
@@ -62,7 +50,7 @@ def of_rectangles(path, file, unit):
 
 def of_surfaces(path, unit):
     """The model of triangles, with fields of RSQSim."""
-    found = surfaces(path)
+    found = read_surfaces(path)
     size, unit = (1.0, found.unit) if found.unit else unit_of(path, None, unit, np.abs(found.corners[..., 2]).max())
     cells, corners = triangles_of(path, found, size)
     names = {k: name for k, name in found.names.items() if name}
@@ -73,8 +61,7 @@ def of_surfaces(path, unit):
 
 
 def read(path, at, rake=None, unit=None):
-    """The model of a mesh; lengths are in the unit that it says, or unit, m or km. Rakes are those of the file, else
-    rake, else 0."""
+    """The model of a mesh. Lengths are in its unit, or unit, m or km; rakes are its own, else rake, else 0."""
     with h5py.File(path) if h5py.is_hdf5(path) else contextlib.nullcontext({}) as file:
         model = of_rectangles(path, file, unit) if "cells" in file else of_surfaces(path, unit)
         rakes = file["rake"][()].ravel() if "rake" in file else model.fields.pop("rake", (None,))[0]

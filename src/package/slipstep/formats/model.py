@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from ..geometry.cells import directions
+from ..geometry.cells import corners_of, directions, normals
 from .text import FormatError
 
 AWRY = 0.25  # of a cell: how far points may be from a regular grid that is made of them
@@ -78,12 +78,10 @@ class Model:
         """[N] [m2]"""
         if self.triangles is None:
             return self.cells[:, 3] * self.cells[:, 4]
-        return np.linalg.norm(np.cross(self.triangles[:, 1] - self.triangles[:, 0],
-                                       self.triangles[:, 2] - self.triangles[:, 0]), axis=1) / 2
+        return np.linalg.norm(normals(self.triangles), axis=1) / 2
 
     @property
     def corners(self):
-        from ..geometry.cells import corners_of
         return corners_of(self.cells) if self.triangles is None else self.triangles
 
     @property
@@ -92,8 +90,7 @@ class Model:
         return float(self.area @ np.abs(self.slip))
 
     def hypocentre(self):
-        """North, east and down [m], where the file says it, else the centre of the cell that breaks first, or slips
-        most."""
+        """North, east and down [m], of the file, else of the cell that breaks first, or slips most."""
         if "hypocentre" in self.claims and self.projection is not None:
             lon, lat, depth = self.claims["hypocentre"]
             return np.array([*(float(v) for v in self.projection.forward(lon, lat)), depth])
@@ -105,8 +102,7 @@ class Model:
         return self.cells[int(np.argmax(moving)), :3]
 
     def on_plane(self, parts):
-        """Of segments the one that the hypocentre is in or nearest to, and how far it is there from the left end and
-        the upper edge, along strike and down dip [m]."""
+        """The segment of the hypocentre, and how far it is there along strike and down dip [m] from its corner."""
         found = []
         for number, part in enumerate(parts):
             cells = self.cells[part.rows]
@@ -120,8 +116,7 @@ class Model:
         return min(found)[1:]
 
     def rigidity(self):
-        """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that
-        of fault and elastic."""
+        """[N] [Pa], and where it is from: cells, layers, moments or rock of the file, else fault and elastic."""
         if "rigidity" in self.columns:
             return self.columns["rigidity"][0], "rigidities of the file"
         if self.layers is not None:
@@ -134,14 +129,12 @@ class Model:
             f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}")
 
     def rock(self):
-        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio:
-        those of --stress, slipstep surface and elastic."""
+        """Shear modulus [Pa] by which all slip has the moment of its cells' rigidities, and Poisson's ratio."""
         weight = self.area * np.abs(self.slip) if self.slip is not None and self.potency > 0 else self.area
         return float(np.average(self.rigidity()[0], weights=weight)), self.options.get("poisson_ratio", POISSON)
 
     def moment(self):
-        """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of
-        rigidity times area times slip."""
+        """Scalar moment [N m] and where its rigidity is from: moments of cells, else rigidity times potency."""
         if "moment" in self.columns:
             return float(self.columns["moment"][0].sum()), "moments of the file's cells"
         rigidity, words = self.rigidity()
@@ -173,13 +166,6 @@ def grid_of(points, strike, dip, dx, dz):
     return (column, row, (nz, nx)) if len(np.unique(row * nx + column)) == len(points) else None
 
 
-def run_of(points, column):
-    """Strike [degrees] along which the columns of a grid run."""
-    weight = column - column.mean()
-    north, east = weight @ points[:, :2]
-    return float(np.degrees(np.arctan2(east, north)))
-
-
 def tiled(points, strike, dip, dx, dz, place="centre"):
     """Cells [n, 7] of points [n, 3] that are in a grid of one plane, without gaps and overlaps; also (nz, nx), the
     order of its cells by rows from the upper left, and how far points were away [m]. Where they are in none: cells at
@@ -205,7 +191,8 @@ def tiled(points, strike, dip, dx, dz, place="centre"):
 
     regular, centres, off = fitted(strike)
     if found and off > 0.1 * min(dx, dz) and found[2][1] > 2:
-        other = run_of(points, found[0])
+        north, east = (found[0] - found[0].mean()) @ points[:, :2]
+        other = float(np.degrees(np.arctan2(east, north)))  # the strike along which columns run
         if abs((other - strike + 180) % 360 - 180) <= 1.0 and fitted(other)[2] < off:
             taken = other % 360
             regular, centres, off = fitted(taken)

@@ -7,7 +7,8 @@ import json
 import h5py
 import numpy as np
 
-from ..results.files import plain, replacing
+from ..geometry.cells import normals
+from ..results.files import names_of, plain, replacing
 from .model import LEAST, Model, Segment
 from .projection import Projection
 from .text import FormatError
@@ -39,10 +40,10 @@ def write(model, path, points=None):
         # as fault takes them
         put(file, "rake", np.where(np.abs(model.rake) < 360, model.rake, (model.rake + 180) % 360 - 180), "degrees")
         if model.slip is not None and model.triangles is not None:
-            file["hanging_wall"] = np.cross(model.triangles[:, 1] - model.triangles[:, 0],
-                                            model.triangles[:, 2] - model.triangles[:, 0])
+            file["hanging_wall"] = normals(model.triangles)
         if model.slip is not None:
-            put(file, "slip", vectors(model), "m")
+            turn = np.radians(model.rake)
+            put(file, "slip", np.column_stack([model.slip * np.cos(turn), model.slip * np.sin(turn), 0 * turn]), "m")
             put(file, "points", model.cells[:, :3] if points is None else points, "m")
             file.attrs["shear_modulus"], file.attrs["poisson_ratio"] = model.rock()
         for name, (values, unit) in model.fields.items():
@@ -56,12 +57,6 @@ def write(model, path, points=None):
         file.attrs["segments"] = json.dumps([(int(s.label), len(s.rows), s.shape, s.strike) for s in model.segments])
         if model.projection:
             file.attrs["origin"], file.attrs["projection"] = model.projection.origin, model.projection.kind
-
-
-def vectors(model):
-    """Slip [N, 3] along strike, up dip and opening [m]."""
-    turn = np.radians(model.rake)
-    return np.column_stack([model.slip * np.cos(turn), model.slip * np.sin(turn), np.zeros(len(turn))])
 
 
 def is_model(path):
@@ -83,9 +78,7 @@ def read(path):
             model = Model(path, plain(file.attrs["kind"]), cells, rake, None, triangles, file["fault"][()])
             if slip is not None:
                 model.slip = slip[:, 0] * np.cos(np.radians(rake)) + slip[:, 1] * np.sin(np.radians(rake))
-            names = plain(file["fault"].attrs.get("names", ""))
-            model.names = {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in names.split("; ")
-                           if " " in word}
+            model.names = names_of(file["fault"])
             model.columns = {name: (data[()], plain(data.attrs["units"]))
                              for name, data in file.get("model", {}).items() if name != "layers"}
             model.fields = {name: (data[()], plain(data.attrs["units"])) for name, data in file.items()
@@ -105,9 +98,8 @@ def read(path):
 
 
 def cells_of_triangles(triangles):
-    """Centroids, extents along strike, widths, strikes and dips [N, 7] of triangles [N, 3, 3], and these with normals
-    upward."""
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    """Centroids, extents along strike, widths, strikes and dips [N, 7] of triangles, and these with normals upward."""
+    normal = normals(triangles)
     # to the right of a strike in [0, 180) degrees
     upright = np.abs(normal[:, 2]) <= 1e-9 * np.linalg.norm(normal, axis=1)
     down = np.where(upright, np.degrees(np.arctan2(-normal[:, 0], normal[:, 1])) % 360 >= 180, normal[:, 2] > 0)

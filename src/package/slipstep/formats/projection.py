@@ -77,8 +77,7 @@ class Projection:
         return np.asarray(lon), np.asarray(lat)
 
     def convergence(self, north, east):
-        """The strike of x [degrees, clockwise from true north] at a point: what strikes of maps have more than those of
-        the frame."""
+        """The strike of x [degrees] at a point: what strikes of maps, from true north, have more than those here."""
         step = 100.0
         lon, lat = self.inverse(np.array([north - step, north + step]), np.array([east, east]))
         return float(np.degrees(np.arctan2((unwrapped(lon[1], lon[0]) - lon[0]) * np.cos(np.radians(lat.mean())),

@@ -51,12 +51,6 @@ def kind_of(path):
     raise FormatError(f"{path}: its kind is not clear from its name, expected --format {' or '.join(found or READERS)}")
 
 
-def of_hdf5(path):
-    """The kind of an HDF5 file that slipstep convert did not write; None: a run or a catalogue."""
-    with h5py.File(path) as file:
-        return "mesh" if "cells" in file or "triangles" in file else "depths" if maps.is_grid(file) else None
-
-
 def read(path, at, kind=None, rake=None, unit=None, mesh=None, **of_run):
     """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests; unit: of
     lengths of files that do not say it; mesh: of PyQuake3D; of_run: arguments of runs.read()."""
@@ -64,9 +58,12 @@ def read(path, at, kind=None, rake=None, unit=None, mesh=None, **of_run):
         raise FormatError(f"{path}: no such file, expected a slip model or patches of a fault")
     if ours.is_model(path):
         return ours.read(path)
-    hdf5 = h5py.is_hdf5(path)
-    kind = kind or (of_hdf5(path) if hdf5 else kind_of(path))
-    if hdf5 and kind not in ("mesh", "depths"):
-        return runs.read(path, **of_run)
+    if h5py.is_hdf5(path):
+        with h5py.File(path) as file:
+            kind = kind or ("mesh" if "cells" in file or "triangles" in file else "depths" if maps.is_grid(file)
+                            else None)
+        if kind not in ("mesh", "depths"):
+            return runs.read(path, **of_run)
+    kind = kind or kind_of(path)
     more = {"unit": unit} if kind in OF_UNIT else {"mesh": mesh} if kind == "pyquake3d" else {}
     return READERS[kind][1](path, at, rake, **more)

@@ -23,8 +23,7 @@ def segments_of(source, labels):
 
 
 def times_of(run, window, total):
-    """Of each cell when in a window it has begun to slip, from the begin on, and for how long it does [s], by the rows
-    of /fields one after the other; total [N]: its slip [m]."""
+    """When each cell begins to slip in a window, from the begin on, and for how long [s]; total [N]: its slip [m]."""
     with run.open() as file:
         times, data = run.stored(file, "slip")
         begin, end = window_of(run, times, *window)

@@ -3,16 +3,11 @@
 import numpy as np
 
 from ..geometry.cells import axis_along_strike, directions
-
-
-def magnitude(moment):
-    """Moment magnitude of the standard of the IASPEI (2013)."""
-    return 2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else np.nan
+from ..results.moment import magnitude
 
 
 def span(values, scale=1.0, digits=6):
-    """Least to largest. Lengths and angles are rounded to so many decimals, so that 0 is 0; fields, as slip rates, are
-    not: digits None."""
+    """Least to largest, lengths and angles to so many decimals; digits None: fields, as slip rates, as they are."""
     low, high = (v / scale for v in (np.min(values), np.max(values)))
     if digits is None:
         return f"{low:.6g}" if np.isclose(low, high, atol=0) else f"{low:.6g} to {high:.6g}"
@@ -34,8 +29,7 @@ def against(value, claimed):
 
 
 def size_of(model):
-    """Length and width [km]: of segments one after the other, as headers have them; of others along the mean strike and
-    down dip."""
+    """Length and width [km]: segments one after the other; else along the mean strike and down dip."""
     from .fsp import extent
     if model.segments and all(part.shape for part in model.segments):
         return tuple(v / 1e3 for v in extent(model, model.segments))

@@ -65,8 +65,7 @@ class Reader:
         return first + self.numbers(5, "strike, dip, depth of the top and hypocentre of a plane")
 
     def point(self, number, total):
-        """lon lat depth strike dip area tinit dt, vs and density or 0, rake, slip along it, across it, opening, and
-        samples of the first."""
+        """lon lat dep stk dip area tinit dt, vs den or 0, rake, slip along, across, opening, samples."""
         first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area "
                              f"tinit dt{' vs den' if self.count == 10 else ''}")
         second = self.numbers(7, f"point {number} of {total}: rake slip1 nt1 slip2 nt2 slip3 nt3")
@@ -223,8 +222,7 @@ def write(model, file):
 
 
 def rates_of(model, cell):
-    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip, their number
-    times it the rise time."""
+    """Start [s], step [s] and slip rates [m/s] of a cell: their sum times the step is its slip."""
     if model.rates is not None:
         return model.rates(cell)
     start, rise, slip = model.columns["rupture_time"][0][cell], model.columns["rise_time"][0][cell], model.slip[cell]

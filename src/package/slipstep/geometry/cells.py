@@ -58,8 +58,7 @@ def mesh_cells(mesh):
 
 
 def cells_of(path, mesh, of):
-    """[N, 7], of triangles their centroids and extents, and the shape of a grid; of: its extents. Files of before
-    dipping faults know neither strike nor dip."""
+    """[N, 7], of triangles centroids and extents, and the shape of a grid; of: its extents."""
     if "length" in mesh:
         return mesh_cells(mesh), None
     missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]
@@ -72,6 +71,11 @@ def cells_of(path, mesh, of):
 def triangles_of(mesh):
     """Corners [N, 3, 3], north, east and down [m], of a mesh of triangles; None of another one."""
     return mesh["vertices"][mesh["triangles"].astype(int)] if "triangles" in mesh else None
+
+
+def normals(corners):
+    """Of triangles [..., 3, 3], as long as twice their area."""
+    return np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
 
 
 def level_of(triangles, depth):
@@ -87,14 +91,13 @@ def level_of(triangles, depth):
 
 
 def free_sides(triangles):
-    """Sides [n, 2, 3] of triangles [N, 3, 3] that no other one has: those on the upper ends of their triangles, and all
-    others."""
+    """Sides [n, 2, 3] of triangles that no other one has: those on upper ends, and all others."""
     sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
     key = np.sort(np.unique(sides.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
     _, place, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     free = count[place.reshape(-1)] == 1
     other = np.roll(triangles, -2, axis=1).reshape(-1, 3)  # the corner across
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal = normals(triangles)
     sine = np.repeat(np.hypot(normal[:, 0], normal[:, 1]) / np.linalg.norm(normal, axis=1), 3)  # of the dip
     along = np.abs(sides[:, 1, 2] - sides[:, 0, 2]) < 0.5 * sine * np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
     upper = free & along & (sides[:, :, 2].mean(axis=1) < other[:, 2])
@@ -114,8 +117,7 @@ def free_edges(corners, shape=None):
 
 
 def _touches(edges, others):
-    """Whether the middle of each edge [n, 2, 3] lies on one of the others. Most lie on the middle of one, which a table
-    finds."""
+    """Whether the middle of each edge [n, 2, 3] lies on one of the others: on the middle of most, by a table."""
     middle, begin, reach = edges.mean(axis=1), others[:, 0], others[:, 1] - others[:, 0]
     size = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     unit = EDGE * size.min()

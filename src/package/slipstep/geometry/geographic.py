@@ -42,8 +42,7 @@ def check_origin(parser, origin):
 
 
 def first_cells(catalogue):
-    """[events, 7] of the cells where events began: x north, y east, z down [m], length, width [m], strike and dip
-    [degrees]."""
+    """[events, 7] of the cells where events began: place, length, width [m], strike and dip [degrees]."""
     cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return cells[catalogue.event["cell"].astype(int)]
 
@@ -78,8 +77,7 @@ def mean_place(lon, lat):
 
 
 def lonlat(north, east, origin):
-    """Longitudes and latitudes [degrees] by the equirectangular projection about the origin, whose error is below 1 %
-    within 100 km up to 60 degrees of latitude."""
+    """Longitudes and latitudes [degrees], equirectangular: off by less than 1 % within 100 km up to 60 degrees."""
     latitude = origin[1] + np.degrees(np.asarray(north) / EARTH_RADIUS)
     longitude = origin[0] + np.degrees(np.asarray(east) / (EARTH_RADIUS * np.cos(np.radians(origin[1]))))
     return unwrapped(longitude, 0), latitude

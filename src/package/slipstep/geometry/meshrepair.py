@@ -4,6 +4,8 @@ has one place, and an edge is cut once."""
 
 import numpy as np
 
+from .cells import normals
+
 # share of an edge: a vertex that near to where its edges meet the ground is moved there, as cutting would leave a
 # needle
 SNAP = 0.1
@@ -15,8 +17,7 @@ ROUNDS = 60
 
 
 class Mesh:
-    """vertices [V, 3], north, east and down, triangles [N, 3], the triangle of the file that each is of [N], and labels
-    [N] of faults."""
+    """vertices [V, 3], north, east, down; triangles [N, 3]; of each the file's triangle and the fault's label."""
 
     def __init__(self, vertices, triangles, label):
         self.vertices, self.triangles, self.label = np.array(vertices,
@@ -37,11 +38,6 @@ class Mesh:
     @property
     def area(self):
         return 0.5 * np.linalg.norm(normals(self.vertices[self.triangles]), axis=1).sum()
-
-
-def normals(corners):
-    """Of triangles [..., 3, 3], as long as twice their area"""
-    return np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
 
 
 def sides(corners):
@@ -89,8 +85,7 @@ def trace_of(mesh):
 
 
 def elevation_of(trace, points):
-    """Elevation [V] of the ground at the horizontally nearest point of the trace [n, 2, 3]; 0 where the trace is below
-    the ground."""
+    """Elevation [V] of the ground at the nearest point of the trace [n, 2, 3]; 0 where it is below."""
     begin, step = trace[:, 0], trace[:, 1] - trace[:, 0]
     length2 = np.maximum(step[:, 0] ** 2 + step[:, 1] ** 2, np.finfo(float).tiny)
     found = np.zeros(len(points))

@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import OutputError
 from ..modules import find_program
 from ..times import written
-from .cells import cells_of, corners_of, directions, free_edges, free_sides, level_of, triangles_of
+from .cells import cells_of, corners_of, directions, free_edges, free_sides, level_of, normals, triangles_of
 
 NO_GROUND = "{}: a run in a full space, which has no ground; expected one with -fault_kernel half_space"
 
@@ -77,7 +77,7 @@ class Source:
             return
         corners = self.triangles
         file["vertices"], file["triangles"] = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
-        file["hanging_wall"] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        file["hanging_wall"] = normals(corners)
 
 
 def _rake(mesh, n):

@@ -42,8 +42,7 @@ def overlap(s, d, others_s, others_d, slack):
 
 
 def groups(values, slack, turn=None):
-    """A number for each value, equal where values follow each other by no more than rounding; turn: the value that is 0
-    again."""
+    """A number for each value, equal where values follow by no more than rounding; turn: what is 0 again."""
     order = np.argsort(values, kind="stable")
     number = np.empty(len(values), int)
     number[order] = np.concatenate([[0], np.cumsum(np.diff(values[order]) > slack)])
@@ -84,8 +83,7 @@ class Column:
 
 
 class Strike:
-    """Cells of one strike or its opposite: they are seen from one side, where r is to the right of the strike and z
-    down."""
+    """Cells of one strike or its opposite, seen from one side: r is to the right of the strike, z down."""
 
     def __init__(self, cells, index):
         own = cells[index]
@@ -121,8 +119,7 @@ class Strike:
         return [np.array(own) for own in first.values()]
 
     def lines(self, own):
-        """Lines along strike of the upper and lower edges of cells: r, z, d, and where they are from and to, [5, m]
-        each."""
+        """Lines along strike of upper and of lower edges: r, z, d, from where and to where, [5, m] each."""
         found = []
         for side in (0, 1):
             _, which = np.unique(np.round(self.d[side, own] / self.slack), return_inverse=True)
@@ -133,8 +130,7 @@ class Strike:
         return found
 
     def step(self, upper, lower):
-        """What is to be added to d below a common line of lower edges of the one and upper edges of the other, None
-        without one."""
+        """What to add to d below a line that is lower edge of one and upper edge of the other; None: none is."""
         if upper[1][1].max() < lower[0][1].min() - self.slack or upper[1][1].min() > lower[0][1].max() + self.slack:
             return None
         a, b = upper[1][:, :, None], lower[0][:, None, :]
@@ -179,8 +175,7 @@ def distances(points, ends):
 
 
 def meeting(column, other, cells):
-    """Where two columns meet: the ends, 0 low and 1 high, of the one and of the other, and what is to be added to the
-    other's d; None where they do not."""
+    """The ends, 0 low and 1 high, at which two columns meet, and what to add to the other's d; or None."""
     best = None
     for side in (1, 0):
         for facing in (0, 1):
@@ -205,8 +200,7 @@ def meeting(column, other, cells):
 
 
 def row_numbers(d, slack):
-    """The row of each cell, None where cells are in no rows: their intervals down dip are neither the same nor
-    apart."""
+    """The row of each cell; None: their intervals down dip are neither the same nor apart."""
     _, first, number = np.unique(np.round(d[0] / slack), return_index=True, return_inverse=True)
     low, high = d[:, first]
     if (np.abs(d - d[:, first][:, number]) > 2 * slack).any() or (high[:-1] > low[1:] + 2 * slack).any():

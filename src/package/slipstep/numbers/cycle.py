@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .source import golden
+
 
 def coupling(slip_before, slip_after, span, rate, area=None):
     """1 less slip rate over the plates' rate, between two times [1]: 1 is locked, 0 creeps with the plates; with areas
@@ -57,12 +59,7 @@ def fit_afterslip(time, slip):
         return a, np.sqrt(np.mean((slip - a * shape) ** 2))
 
     positive = time[time > 0]
-    grid = np.linspace(np.log(positive.min()) - 5, np.log(positive.max()) + 5, 200)
-    best = int(np.argmin([solve(value)[1] for value in grid]))
-    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    ratio = (np.sqrt(5) - 1) / 2
-    for _ in range(60):
-        a, b = high - ratio * (high - low), low + ratio * (high - low)
-        low, high = (low, b) if solve(a)[1] < solve(b)[1] else (a, high)
-    a, error = solve((low + high) / 2)
-    return float(a), float(np.exp((low + high) / 2)), float(error)
+    best = golden(lambda value: solve(value)[1],
+                  np.linspace(np.log(positive.min()) - 5, np.log(positive.max()) + 5, 200))
+    a, error = solve(best)
+    return float(a), float(np.exp(best)), float(error)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from ..errors import OutputError
-from ..geometry.cells import cells_of
+from ..geometry.cells import cells_of, normals, triangles_of
 from ..results.fields import Fields, rupture_times
 from ..results.magnitudes import b_error, b_value, completeness, completeness_by_fit
 from ..results.moment import moment_rate
@@ -51,8 +51,7 @@ def event_window(catalogue, event, left=SpinUp()):
 def area_of(data, cells):
     """Areas of the cells [m^2] of a run or a catalogue; those of triangles are half of their sides' product."""
     if "triangles" in data.mesh:
-        corners = data.mesh["vertices"][data.mesh["triangles"].astype(int)]
-        return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+        return np.linalg.norm(normals(triangles_of(data.mesh)), axis=1) / 2
     return cells[:, 3] * cells[:, 4]
 
 

@@ -59,6 +59,17 @@ def corner_of_integrals(time, rate):
     return np.sqrt(((b - a) ** 2 / h).sum() / (h * (a * a + a * b + b * b) / 3).sum()) / (2 * np.pi)
 
 
+def golden(misfit, grid):
+    """Where a function is least between the neighbours of its least on a grid: golden section, to rounding."""
+    best = int(np.argmin([misfit(value) for value in grid]))
+    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    ratio = (np.sqrt(5) - 1) / 2
+    for _ in range(60):
+        a, b = high - ratio * (high - low), low + ratio * (high - low)
+        low, high = (low, b) if misfit(a) < misfit(b) else (a, high)
+    return (low + high) / 2
+
+
 def brune(frequency, moment, corner, falloff=2.0):
     """Amplitudes [N m] of the spectrum of Brune (1970), moment/(1 + (f/corner)^falloff)."""
     return moment / (1 + (frequency / corner) ** falloff)
@@ -70,14 +81,8 @@ def fit_brune(frequency, amplitude, moment):
     def misfit(log_corner):
         return np.mean(np.log(amplitude / brune(frequency, moment, np.exp(log_corner))) ** 2)
 
-    grid = np.linspace(np.log(frequency[0]) - 7, np.log(frequency[-1]) + 7, 400)
-    best = int(np.argmin([misfit(value) for value in grid]))
-    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    ratio = (np.sqrt(5) - 1) / 2
-    for _ in range(60):  # golden section, to rounding
-        a, b = high - ratio * (high - low), low + ratio * (high - low)
-        low, high = (low, b) if misfit(a) < misfit(b) else (a, high)
-    return float(np.exp((low + high) / 2)), float(np.sqrt(misfit((low + high) / 2)))
+    best = golden(misfit, np.linspace(np.log(frequency[0]) - 7, np.log(frequency[-1]) + 7, 400))
+    return float(np.exp(best)), float(np.sqrt(misfit(best)))
 
 
 def corner_frequency(time, rate):

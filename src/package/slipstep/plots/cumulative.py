@@ -12,17 +12,10 @@ from ..results.fields import Fields
 from ..times import NAMES, SECONDS, unit_of
 from .panels import wrapped
 from .snapshots import round_step
-from .spacetime import along_line, lines_of
+from .spacetime import along_line, interpolate, lines_of
 
 SOLID, DASHED = "#0062a5", "#d9541e"
 LINES = 40  # solid ones where no interval is given
-
-
-def interpolate(times, values, wanted):
-    """Rows of values [n, m] at other times, linear between."""
-    right = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-    share = np.clip((wanted - times[right - 1]) / (times[right] - times[right - 1]), 0, 1)[:, None]
-    return (1 - share) * values[right - 1] + share * values[right]
 
 
 def between(end, interval, events):
@@ -61,8 +54,7 @@ class Course:
         self.every, self.every_event = every or round_step(span / unit, LINES) * unit, every_event
 
     def lines(self, events):
-        """Slip [n, m] between events, and during them; the number of events with too few rows, and how many lines there
-        would be during all with enough."""
+        """Slip [n, m] between and during events; how many events have too few rows, and lines all with enough."""
         events = [(onset, end) for onset, end in events if onset < self.times[-1]]
         solid = interpolate(self.times, self.values, between(self.times[-1], self.every, events))
         inside = [during(self.times, onset, end, self.every_event) for onset, end in events]
@@ -72,8 +64,7 @@ class Course:
 
 
 def draw_cumulative(axes, course, events):
-    """Slip upwards over distance along strike, or to the right over the distance down dip; the number of events with
-    too few rows."""
+    """Slip over distance along strike, or distance down dip over slip; how many events have too few rows."""
     line = course.line
     solid, dashed, poor, wanted = course.lines(events)
     for values, colour, style, width in ((dashed, DASHED, (0, (4, 2)), 0.7), (solid, SOLID, "solid", 1.0)):

@@ -87,11 +87,6 @@ def writer(path, rate):
     return Mp4(fps=rate, codec="libx264", extra_args=["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "18"])
 
 
-def picked(count, frames):
-    """Rows of which a film consists: all, or so many at equal distances with the first and the last."""
-    return np.unique(np.round(np.linspace(0, count - 1, min(count, frames))).astype(int))
-
-
 def positive(rates):
     """Rates of a logarithmic scale; at rest there are none."""
     return np.where(rates > 0, rates, np.nan)
@@ -142,7 +137,8 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     out = writer(path, rate)
     fields = Fields(run, name, window)
     out.colours = fields.kind.colours
-    rows = picked(len(fields.rows), frames)
+    # all, or so many at equal distances with the first and the last
+    rows = np.unique(np.round(np.linspace(0, len(fields.rows) - 1, min(len(fields.rows), frames))).astype(int))
     log = log and name == "slip_rate"
     span = Span()
     for _, maps in fields.chunks(rows):

@@ -9,8 +9,7 @@ MISSING, FAILED = "#f0f0f0", "#f3c7c7"
 
 
 class Table:
-    """Values over policies (rows) and meshes (columns) of one size: nan where a run is missing or failed, with
-    marks."""
+    """Values over policies and meshes of one size, nan where a run is missing or failed, with marks."""
 
     def __init__(self, policies, meshes):
         self.policies, self.meshes = policies, meshes

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from ..errors import OutputError
-from ..geometry.cells import axis_along_strike, mesh_cells
+from ..geometry.cells import axis_along_strike, mesh_cells, normals
 from ..geometry.unroll import unroll
 from ..results.fields import Fields
 from .panels import plt, wrapped
@@ -28,8 +28,7 @@ EXTEND = {(False, False): "neither", (True, False): "min", (False, True): "max",
 
 
 def edges(centres, others, length=None):
-    """Edges of equal cells from their centres; of a single row by its length, or, in files that do not have it, those
-    of squares, by the centres in the other direction."""
+    """Edges of equal cells from their centres; of a single row by its length, or as those of squares."""
     if len(centres) == 1 and length:
         return centres[0] + np.array([-0.5, 0.5]) * length
     spaced = centres if len(centres) > 1 else others
@@ -136,8 +135,7 @@ class Plane:
         return (turn >= 0).all(axis=0) | (turn <= 0).all(axis=0)
 
     def contour(self, axes, values, levels):
-        """Lines of equal value through the cells' centres, some with their values; where those are nan there are none,
-        and none outside of the cells."""
+        """Lines of equal value through centres of cells, some numbered; none at nan and outside of cells."""
         x, z = self.x.mean(axis=0), self.z.mean(axis=0)
         good = np.isfinite(values)
         if good.sum() < 4 or np.ptp(x[good]) == 0 or np.ptp(z[good]) == 0:
@@ -172,8 +170,7 @@ class Plane:
 
 
 def opposite(mesh):
-    """Of each triangle of a Triangulation the corners [n, 3] that the triangles beside it have besides the shared ones;
-    at the rim its own."""
+    """Of each triangle the corners [n, 3] opposite to it beyond its sides; at the rim its own."""
     beside = mesh.neighbors
     total = mesh.triangles.sum(axis=1)
     # neighbour k is across the side from corner k to the next one
@@ -198,27 +195,25 @@ def names_of(run, label, cells, part):
 
 
 def planes_of(run):
-    """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat
-    as geometry.unroll says."""
+    """The planes of a run, front to back; of a mesh with dips its faults, flat as by geometry.unroll."""
     if not hasattr(run, "drawn"):
         run.drawn = _planes(run)
     return run.drawn
 
 
 def flat_triangles(mesh, cells):
-    """Corners [3, N] of triangles seen across their mean plane: along cells.axis_along_strike() and down from their
-    highest [m]; and whether normals leave their mean by more than BENT."""
+    """Corners [3, N] of triangles across their mean plane, from their highest down [m]; whether it bends."""
     corners = mesh["vertices"][mesh["triangles"][cells]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(normals, axis=1)
+    across = normals(corners)
+    size = np.linalg.norm(across, axis=1)
     # of the mean plane, whichever way the corners go round
-    normal = np.linalg.eigh((normals / size[:, None]).T @ normals)[1][:, -1]
+    normal = np.linalg.eigh((across / size[:, None]).T @ across)[1][:, -1]
     strike = np.radians(axis_along_strike(mesh["strike"][cells], size))
     along, right = np.array([np.cos(strike), np.sin(strike), 0]), np.array([-np.sin(strike), np.cos(strike), 0])
     down = np.cross(normal, along)
     down /= np.linalg.norm(down) * (np.sign(down[2] if abs(down[2]) > 1e-9 else down @ right) or 1)
     s, d = corners @ along, corners @ down
-    bent = bool((np.abs(normals @ normal) < np.cos(np.radians(BENT)) * size).any())
+    bent = bool((np.abs(across @ normal) < np.cos(np.radians(BENT)) * size).any())
     return s.T, (d - d.min() + corners[..., 2].min() * (abs(normal[2]) < 1e-6)).T, bent
 
 
@@ -263,8 +258,7 @@ def beside(run):
 
 
 def frames_of(run, tall=False):
-    """Limits of the map of each plane: those that hold every plane where x is that of all, else its own, as long as the
-    longest, so that all have one scale; tall: and as wide as the widest."""
+    """Limits of each plane's map: shared ones where x is, else its own at one scale; tall: and as wide."""
     planes = planes_of(run)
     if beside(run):
         return [extent_of(planes)] * len(planes)
@@ -278,8 +272,7 @@ class Nothing(Normalize):
 
 
 def norm_of(kind, low, high, smallest, log=False, wanted=None):
-    """Colours for values between low and high; smallest: about the least positive one; wanted: limits of the user's
-    own."""
+    """Colours for values from low to high; smallest: about the least positive one; wanted: the user's limits."""
     if not wanted and max(abs(low), abs(high)) <= NOISE.get(kind.unit, 0):
         return Nothing(-1 if kind.limits == "even" else 0, 1)
     if wanted:
@@ -308,8 +301,7 @@ def colour_map(name):
 
 
 class Span:
-    """Least, largest and about the least positive value of maps that pass by; and what nearly all values lie
-    between."""
+    """Least, largest and about the least positive value of maps, and between what nearly all values are."""
 
     def __init__(self):
         self.low, self.high, self.smallest = np.inf, -np.inf, []
@@ -373,8 +365,7 @@ def heights_of(frames):
 
 
 def draw_map(axes, run, name, time, label, log=False, wanted=None):
-    """A field over the fault plane, near a time [s]; returns the stored time. Several planes lie beside each other or
-    one below the other, as their maps are larger."""
+    """A field near a time [s], the stored one of which it returns; several planes where their maps are larger."""
     fields = Fields(run, name)
     row = int(np.argmin(np.abs(fields.times - time)))
     values = fields.maps([row])[0]

@@ -119,8 +119,7 @@ def draw_snapshots(canvas, layout, fields, rows, clock, log, wanted):
 
 
 def logarithmic(fields, rows, clock, wanted):
-    """Whether snapshots are drawn on a logarithmic scale: also those of an event in which a few cells are so fast at
-    one time that most maps were black."""
+    """Whether snapshots are logarithmic, also where a few cells would make most maps of an event black."""
     log = clock.logarithmic(fields.name, wanted)
     if log or wanted is not None or fields.name != "slip_rate":
         return log
@@ -183,8 +182,7 @@ def curves(run, fields, rows, clock, log, wanted):
 
 
 def rates_of(run, window):
-    """Rows of the slip rate in the largest event within a window, or in all of it where none of them has rows; and in
-    words what else there is."""
+    """Rows of the slip rate in the largest event of a window, else all of it; in words what else there is."""
     event, count = largest_event(run, window), len(events_within(run, window))
     rates = Fields(run, "slip_rate", window or event)
     inside = (rates.times >= event[0]) & (rates.times <= event[1])
@@ -195,8 +193,7 @@ def rates_of(run, window):
 
 
 def rupture(run, times, window=None, log=None, wanted=None, years=None):
-    """Of the largest event of a run or of a window slip rate at several times, below them slip with contours of the
-    time of rupture, and the static stress drop."""
+    """Slip rate of the largest event at several times; slip with the front's contours, and stress drop."""
     rates, others = rates_of(run, window)
     missing = [name for name in ("slip", "traction") if name not in run.field_names]
     if missing:

@@ -19,8 +19,7 @@ def place(text):
 
 
 def crossing(here, across, at):
-    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n] in its direction and in the
-    other one; ends that are equal where it is not."""
+    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n]; equal: it is not."""
     low, high = np.full(here.shape[1], np.inf), np.full(here.shape[1], -np.inf)
     for k in range(3):
         begin, end = across[k], across[(k + 1) % 3]
@@ -99,8 +98,7 @@ self.at, lambda cells: values[:, cells[0]])
         return np.stack([take(cells) if len(cells) else np.full(len(values), np.nan) for cells in self.over], axis=1)
 
     def drawn(self, values):
-        """Distances and values [..., intervals] of a curve along the line: through the middles, or of a single cell
-        from end to end."""
+        """Distances and values [..., intervals] of a curve, through middles; of one cell from end to end."""
         return (self.centres, values) if len(self.centres) > 1 else (self.edges, np.repeat(values, 2, axis=-1))
 
 
@@ -119,16 +117,22 @@ def along_line(fields, line):
     return np.concatenate([line.values(maps) for _, maps in fields.chunks()])
 
 
+def interpolate(times, values, wanted):
+    """Rows of values [n, m] at other times, linear between."""
+    right = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    share = np.clip((wanted - times[right - 1]) / (times[right] - times[right - 1]), 0, 1)[:, None]
+    return (1 - share) * values[right - 1] + share * values[right]
+
+
 def resample(times, values, count, largest):
     """Equal columns of a picture between the first and the last time: the largest value within each, so that no event
     is too short to be seen, and between rows the smaller of both neighbours; or the value at its middle, linear between
     rows."""
     bounds = np.linspace(times[0], times[-1], count + 1)
     middle = 0.5 * (bounds[1:] + bounds[:-1])
-    right = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
     if not largest:
-        share = ((middle - times[right - 1]) / (times[right] - times[right - 1]))[:, None]
-        return bounds, (1 - share) * values[right - 1] + share * values[right]
+        return bounds, interpolate(times, values, middle)
+    right = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
     found = np.minimum(values[right - 1], values[right])
     column = np.clip(((times - times[0]) / (times[-1] - times[0]) * count).astype(int), 0, count - 1)
     np.maximum.at(found, column, values)

@@ -18,8 +18,7 @@ def wide(values):
 
 
 def points(rows, x, y):
-    """Places on x in their order, and there the mean and the errors below and above [2, n] of values of y: of several
-    runs their standard deviation, of one its own spread; and the number of runs."""
+    """Places on x, means and errors [2, n] of y there (of several runs their deviation), and how many runs."""
     places = sorted({row[x] for row in rows})
     groups = [[row for row in rows if row[x] == place] for place in places]
     errors = [[np.std([row[y] for row in own], ddof=1)] * 2 if len(own) > 1

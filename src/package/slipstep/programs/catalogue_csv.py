@@ -13,12 +13,9 @@ import argparse
 import csv
 import sys
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 from ..geometry.geographic import add_arguments, check_origin, dates, local, lonlat
 from ..results.catalogue import Catalogue
-from ..results.files import replacing
+from ..results.files import write_csv
 
 # These first, as people read them; all others follow.
 FIRST = ("onset", "end", "magnitude", "fault", "x", "y", "z", "mean_slip", "max_slip", "rake", "area", "moment",
@@ -38,26 +35,16 @@ def columns(catalogue):
             yield from ((f"{name} {label}{unit}", own.tolist()) for label, own in zip(catalogue.faults, values.T))
 
 
-def write(catalogue, file):
-    titles, values = zip(*columns(catalogue))
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(titles)
-    for row in zip(*values):
-        writer.writerow([repr(value) for value in row])
-
-
-def write_csep(catalogue, file, origin, at, start):
-    """The format csep-csv of pyCSEP (docs.cseptesting.org, catalogs): depths in km."""
+def csep(catalogue, origin, at, start):
+    """Rows of the format csep-csv of pyCSEP (docs.cseptesting.org, catalogs): depths in km."""
     of = catalogue.event
     columns = (*lonlat(*local(catalogue, at), origin), of["magnitude"], dates(catalogue, start), of["z"] / 1e3)
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(("lon", "lat", "M", "time_string", "depth", "catalog_id", "event_id"))
+    yield "lon", "lat", "M", "time_string", "depth", "catalog_id", "event_id"
     for number, (lon, lat, magnitude, when, depth) in enumerate(zip(*columns), 1):
-        writer.writerow((f"{lon:.6f}", f"{lat:.6f}", f"{magnitude:.4f}", when.isoformat(timespec="microseconds"),
-                         f"{depth:.4f}", 0, number))
+        yield (f"{lon:.6f}", f"{lat:.6f}", f"{magnitude:.4f}", when.isoformat(timespec="microseconds"), f"{depth:.4f}",
+               0, number)
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")
@@ -71,15 +58,15 @@ def main():
     elif options.origin or options.origin_at:
         parser.error("--origin and --origin-at are for --csep")
 
-    def write_rows(file):
-        write_csep(catalogue, file, options.origin, options.origin_at,
-                   options.start) if options.csep else write(catalogue, file)
-
     catalogue = Catalogue(options.catalogue)
     catalogue.warn()
+    if options.csep:
+        rows = csep(catalogue, options.origin, options.origin_at, options.start)
+    else:
+        titles, values = zip(*columns(catalogue))
+        rows = [titles, *zip(*values)]
     if not options.output:
-        write_rows(sys.stdout)
+        csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
         return
-    with replacing(options.output, options.catalogue) as part, open(part, "w", encoding="utf-8") as file:
-        write_rows(file)
+    write_csv(options.output, rows, options.catalogue)
     print(f"Table: {options.output}, {catalogue.count} event{'s' * (catalogue.count != 1)}")

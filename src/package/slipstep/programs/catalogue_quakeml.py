@@ -11,9 +11,6 @@ import argparse
 import os
 import xml.etree.ElementTree as ElementTree
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import numpy as np
 
 from ..geometry.geographic import add_arguments, check_origin, dates, first_cells, local, lonlat
@@ -77,7 +74,6 @@ def tree(catalogue, origin, at, start):
     return ElementTree.ElementTree(root)
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")

@@ -9,18 +9,10 @@
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import h5py
 import numpy as np
 from ..results.files import replacing
 from ..results.run import MESH, Run
-
-
-def kept(count, stride):
-    """Indices of every stride-th of count rows, and the last."""
-    return np.unique(np.append(np.arange(stride - 1, count, stride), count - 1))
 
 
 def store(file, data, rows):
@@ -41,11 +33,10 @@ def compact(source, target, rows):
             store(new, old[f"mesh/{name}"], slice(None))
         for group in ("steps", "series"):
             for data in old[group].values():
-                store(new, data, kept(len(data), stride))
+                store(new, data, np.unique(np.append(np.arange(stride - 1, len(data), stride), len(data) - 1)))
     return stride
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("source", metavar="IN", help="output file of a run")

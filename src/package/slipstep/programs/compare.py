@@ -10,9 +10,6 @@ steps on the same mesh.
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 from ..errors import OutputError
 from ..plots.maps import draw_map
 from ..plots.panels import (RUN_STYLES, draw_reference, draw_series, draw_steps, legend_above, legend_of_dots,
@@ -66,19 +63,13 @@ def course_of(run):
     return Course(*from_start(run.series))
 
 
-def history_error(run, reference):
-    """The largest difference of mean slip at any time, over the reference's final one."""
-    return history(course_of(run), course_of(reference))
-
-
 def half_slip_time(run):
     """When the mean slip passes half of its end [s]."""
     return passage(course_of(run), 0.5) if run.result["mean_slip"] > 0 else float("nan")
 
 
 def products(run):
-    """Products with stiffness and viscosity, + applications of the preconditioner; older files know products with the
-    stiffness alone, or none."""
+    """Products with stiffness and viscosity (older files: stiffness, or none) + of the preconditioner."""
     known = [run.result[name] for name in ("products_all", "products") if name in run.result]
     preconditioner = run.result.get("products_pc", 0)
     return (f"{known[0]:.0f}" if known else "-") + (f" + {preconditioner:.0f}" if preconditioner else "")
@@ -95,8 +86,9 @@ def table(runs, reference):
              "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
     rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run),
              cost(run), f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
-             *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference
-               and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
+             *((f"{100 * slip_error(run, reference):+.2f}",
+                f"{100 * history(course_of(run), course_of(reference)):.2f}") if reference and run.complete
+               else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
                      str(reference.result["solves"]), products(reference), cost(reference), "-",
@@ -141,7 +133,6 @@ def figure(runs, reference, title):
     return canvas
 
 
-@one_line
 def main():
     options = arguments()
     runs = [load(argument) for argument in options.runs]

@@ -16,9 +16,6 @@ Input_BulkFaultGeometry.txt of Quake-DFN, parameter.txt of PyQuake3D, .geojson o
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import h5py
 import numpy as np
 
@@ -49,8 +46,7 @@ def shifted(model):
 
 
 def grounded(model):
-    """Rectangles of faults whose upper edge is above the ground by no more than the digits of their file, moved down to
-    it."""
+    """Rectangles of faults that are above the ground by the digits of their file, moved down to it."""
     if model.triangles is not None:
         return
     top = model.corners[..., 2].min(axis=1)
@@ -221,7 +217,6 @@ def arguments():
     return options
 
 
-@one_line
 def main():
     options = arguments()
 

@@ -8,27 +8,22 @@ The total is that of all slip since the start, and the rest is aseismic. The pre
 """
 
 import argparse
-import csv
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
 
 from ..errors import OutputError
 from ..plots.panels import RUN_STYLES, plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import replacing
+from ..results.files import write_csv
 from ..results.run import Run
 from ..results.moment import magnitude
 from ..times import Clock, written
 
 
 def moments(run, events):
-    """Times [s], total moments since the start and those of events that have ended or go on [N m], at every step. Slip
-    counts by its amount, fault by fault."""
+    """Times [s], moments since the start and those of events [N m], at every step; slip counts by its amount."""
     if "moment" not in run.series:
         raise OutputError(f"{run.path}: no /series/moment; expected a run of SlipStep 0.4 or later")
     time = run.series["time"]
@@ -90,7 +85,6 @@ def figure(run, events, pressure, course):
     return canvas
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")
@@ -108,12 +102,9 @@ def main():
     events = {name: np.asarray(catalogue.event[name]) for name in ("onset", "end", "moment", "magnitude")}
     pressure = read_pressure(run, options.pressure)
     time, total, seismic = moments(run, events)
-    with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["time [s]", "largest_pressure [Pa]", "moment [N m]", "seismic_moment [N m]"])
-        peak = np.interp(time, *pressure) if pressure else np.full(len(time), np.nan)
-        for row in zip(time.tolist(), peak.tolist(), total.tolist(), seismic.tolist()):
-            writer.writerow([repr(value) for value in row])
+    peak = np.interp(time, *pressure) if pressure else np.full(len(time), np.nan)
+    write_csv(table, [["time [s]", "largest_pressure [Pa]", "moment [N m]", "seismic_moment [N m]"],
+                      *zip(time.tolist(), peak.tolist(), total.tolist(), seismic.tolist())])
     figure(run, events, pressure, (time, total, seismic)).savefig(picture)
     share = seismic[-1] / total[-1] if total[-1] > 0 else 0.0
     print(f"{len(events['onset'])} event{'s' * (len(events['onset']) != 1)}"

@@ -9,25 +9,20 @@ where a step raises them many times over.
 """
 
 import argparse
-import csv
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 
 from ..plots.panels import RUN_STYLES, plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import replacing
+from ..results.files import replacing, write_csv
 from ..results.moment import magnitude, moment_rate
 from ..results.run import Run
 from ..times import seconds, written
 
 
 def write_usgs(file, time, moment, step):
-    """The form of moment_rate.mr of the USGS: step, titles, and rows of time [s] and rate [N m/s], whose sum times the
-    step is the moment."""
+    """As moment_rate.mr of the USGS: step, titles, and rows of time and rate, whose sum is the moment."""
     grid = step * np.arange(int(np.ceil(time[-1] / step)) + 1)
     edges = np.interp(np.append(grid - step / 2, grid[-1] + step / 2), time, moment.sum(axis=1))
     file.write(f"dt: {step:g}\nTime[s]     Moment_Rate [Nm]\n")
@@ -61,7 +56,6 @@ def window(options):
     return onset, end, f"Event {number + 1} at {written(onset)}: M {catalogue.event['magnitude'][number]:.2f}"
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")
@@ -89,12 +83,10 @@ def main():
     begin, end, title = window(options)
     time, rate, moment = moment_rate(run, begin, end)
     faults = run.faults if len(run.faults) == rate.shape[1] else np.arange(rate.shape[1])
-    with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
-        writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"])
-        for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()):
-            writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []) + [so_far])])
+    of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
+    write_csv(table, [["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"],
+                      *([at, sum(row), *(row if of_faults else []), so_far]
+                        for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()))])
     if options.usgs:
         with replacing(options.usgs, options.run) as part, open(part, "w", encoding="utf-8") as file:
             write_usgs(file, time, moment, options.step)

@@ -8,11 +8,7 @@ Each is defined, with its source, in output/howto/numbers.md.
 """
 
 import argparse
-import csv
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.colors import Normalize
 
@@ -23,7 +19,7 @@ from ..plots.panels import RUN_STYLES, plt, use_style
 from ..plots.snapshots import contours_of
 from ..results.catalogue import Catalogue
 from ..results.events import Events
-from ..results.files import is_catalogue, open_any, replacing
+from ..results.files import is_catalogue, open_any, write_csv
 from ..results.moment import moment_rate
 from ..results.run import Run
 from ..geometry.cells import cells_of
@@ -79,7 +75,6 @@ def figure(run, catalogue, event, spin=None):
     return canvas
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("file", metavar="FILE", help="output file of a run, or its catalogue of events")
@@ -124,11 +119,9 @@ def main():
         print(f"{one.name:27} {one.value:12.5g} {'' if one.unit == '1' else one.unit:4} {spread:22} "
               f"{one.note}".rstrip())
     if options.csv:
-        with replacing(options.csv) as part, open(part, "w", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(("name", "value", "low", "high", "unit", "note"))
-            writer.writerows((one.name, repr(float(one.value)), repr(float(one.low)), repr(float(one.high)), one.unit,
-                              one.note) for one in found)
+        write_csv(options.csv, [("name", "value", "low", "high", "unit", "note"),
+                                *((one.name, float(one.value), float(one.low), float(one.high), one.unit, one.note)
+                                  for one in found)])
         print(f"Table: {options.csv}")
     if options.figure:
         if catalogue is None:

@@ -9,9 +9,6 @@ them, cumulative slip along a line. Or one event: its slip and when each cell br
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.ticker import MaxNLocator
@@ -64,8 +61,7 @@ def draw_times(axes, events, clock):
 
 
 def draw_frequency(axes, events):
-    """How many events have at least each magnitude, that of one cell, and the law of Gutenberg and Richter of larger
-    ones where there are enough."""
+    """How many events have at least each magnitude, that of one cell, and Gutenberg and Richter's law."""
     magnitude = np.sort(events["magnitude"][np.isfinite(events["magnitude"])])
     count = len(magnitude) - np.arange(len(magnitude))
     axes.plot(magnitude, count, linestyle="", marker="o", markersize=3.5, color=RUN_STYLES[0]["color"],
@@ -93,8 +89,7 @@ def draw_frequency(axes, events):
 
 
 def hypocentres(events):
-    """What is drawn in each panel: its limits, title, labels along it and downwards, rows of the events that began
-    there, and their places [km]. Vertical planes along x have one panel."""
+    """Of each panel limits, title, labels, rows of events and places [km]; vertical planes along x share one."""
     planes = planes_of(events)
     if not {"dip", "down_dip"} & set(events.mesh) and not events.attributes.get("strike", 0):
         return [(extent_of(planes), "", planes[0].along_label, planes[0].down_label, np.arange(len(events)),
@@ -109,8 +104,7 @@ def hypocentres(events):
 
 
 def circled(events, places, many):
-    """Which events have a circle of their ruptured area: those whose circle is no wider than their panel is long or
-    deep, and that together fill the panels once at most, the largest first."""
+    """Which events have a circle of their area: the largest that fit, and fill the panels once at most."""
     size, share = np.zeros(len(events)), np.zeros(len(events))
     for (x0, x1, z0, z1), _, _, _, rows, _, _ in places:
         size[rows], share[rows] = min(x1 - x0, z1 - z0), events["area"][rows] / ((x1 - x0) * (z1 - z0) * 1e6)
@@ -169,8 +163,7 @@ def draw_places(canvas, panels, events):
 
 
 def figure(events, lines, years):
-    """All events; lines: courses of slip, one for each plane, or none. The figure, and the number of events with too
-    few rows."""
+    """All events with courses of slip, one for each plane; and how many events have too few rows."""
     use_style()
     tall = [4.6 if course.line.along == "strike" else 5.4 for course in lines]
     frames = [frame for frame, *_ in hypocentres(events)]
@@ -265,7 +258,6 @@ def arguments():
     return options
 
 
-@one_line
 def main():
     options = arguments()
     suffix = f"_event_{options.event}" if options.event else ""

@@ -11,9 +11,6 @@ series; step size and error estimate against time. Or of a fault: snapshots, a r
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..plots.film import film
 from ..plots.maps import draw_map, frames_of, heights_of
@@ -58,16 +55,8 @@ def draw_columns(axes, run, units, clock):
     axes.legend()
 
 
-def draw_attempts(axes, run, style, clock):
-    """Step sizes, in seconds whatever the unit of time."""
-    draw_steps(axes, run, style, "", clock)
-    axes.set(title="Step size", xlabel=clock.label, ylabel="step (s)")
-    legend_above(axes)
-
-
 def attempt_panels(run):
-    """Rows of panels for what the file has of attempts: files of older versions have none of explicit integrators, and
-    constant steps have no error estimate."""
+    """Rows of panels for what the file has of attempts; constant steps have no error estimate."""
     if not len(run.steps["dt"]):
         return []
     return [["steps", "error"]] if (run.steps["error"] > 0).any() else [["steps", "steps"]]
@@ -75,7 +64,9 @@ def attempt_panels(run):
 
 def draw_attempt_panels(axes, run, style, clock):
     if "steps" in axes:
-        draw_attempts(axes["steps"], run, style, clock)
+        draw_steps(axes["steps"], run, style, "", clock)
+        axes["steps"].set(title="Step size", xlabel=clock.label, ylabel="step (s)")  # in seconds whatever the clock's
+        legend_above(axes["steps"])
     if "error" in axes:
         draw_error(axes["error"], run, style, clock)
 
@@ -103,13 +94,6 @@ def draw_rates(axes, run, style, clock, log):
     legend_above(axes)
 
 
-def same_times(panels, clock):
-    """All of the run in each panel: error estimates begin later than series."""
-    low, high = (float(clock(time)) for time in (clock.origin, clock.origin + clock.span))
-    for axes in panels:
-        axes.set_xlim(low - MARGIN * (high - low), high + MARGIN * (high - low))
-
-
 def map_height(run):
     """Inches of a row of maps: of a long fault less than of other panels."""
     frames = frames_of(run, tall=True)
@@ -134,7 +118,9 @@ def figure(run, clock, log, wanted=None):
     draw_series(axes["slip"], run, "mean_slip", style, "mean slip", clock)
     axes["slip"].set(title="Mean slip", xlabel=clock.label, ylabel="slip (m)")
     draw_attempt_panels(axes, run, style, clock)
-    same_times([axes[name] for name in ("rate", "slip", "steps", "error") if name in axes], clock)
+    low, high = (float(clock(time)) for time in (clock.origin, clock.origin + clock.span))
+    for name in {"rate", "slip", "steps", "error"} & set(axes):  # all of the run: error estimates begin later
+        axes[name].set_xlim(low - MARGIN * (high - low), high + MARGIN * (high - low))
     times = {"slip_rate": run.series["time"][run.peak], "slip": run.series["time"][-1]}
     labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
     for plane, name in zip((axes[name] for name in maps), stored):
@@ -228,7 +214,6 @@ def picture(run, options):
             else small_figure(run, clock))
 
 
-@one_line
 def main():
     options = arguments()
     suffix = "" if options.kind == "overview" else f"_{options.kind}"

@@ -8,9 +8,6 @@ What the file does not hold is shown as missing.
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..plots.heat import Table, colours, draw_heat, error_of, error_ratio, ratio_to
 from ..plots.panels import RED, REFERENCE, log_scale, plt, save, use_style
@@ -41,8 +38,7 @@ def short_names(names):
 
 
 def shown_policies(study, problem):
-    """Few policies for crowded panels: of each sweep the member nearest to alpha = 2, and those outside sweeps, with
-    their dial where it stands by itself and without what they were transferred to."""
+    """Few policies for crowded panels: of sweeps that nearest to alpha = 2, and those outside, not transferred."""
     sweeps = study.sweeps(problem)
     chosen = [min(members, key=lambda alpha: abs(np.log(alpha / 2))) for members in sweeps.values()]
     middle = [members[alpha] for members, alpha in zip(sweeps.values(), chosen)]
@@ -198,12 +194,6 @@ def figure_steps(study):
     return canvas
 
 
-def resample(cell, times):
-    """A run's depth profiles at other times, linear between its steps."""
-    own, values = cell.profile()
-    return np.array([np.interp(times, own, column) for column in values.T])
-
-
 def draw_plane(axes, values, times, size, norm, cmap, title):
     image = axes.imshow(values, extent=(times[0], times[-1], size, 0), aspect="auto", cmap=cmap, norm=norm,
                         interpolation="nearest")
@@ -214,8 +204,7 @@ def draw_plane(axes, values, times, size, norm, cmap, title):
 
 
 def figure_history(study, size=3.0):
-    """Mean slip rate and slip against time; slip rate over depth and time of the reference, the first policy and their
-    difference."""
+    """Mean slip rate and slip against time; slip rate over depth and time, and off from the reference."""
     mesh = finest(study, size)
     case = f"fault_{size:g}km_{mesh}x{mesh}"
     canvas, panels = plt.subplots(2, 3, figsize=(12, 6.6), layout="constrained")
@@ -240,7 +229,8 @@ def figure_history(study, size=3.0):
                         title="solves, error of the final slip").set_in_layout(False)
     times, exact = study.reference_profile(case)
     label, _, cell = runs[0]
-    mine, top = resample(cell, times), exact.max()
+    own, values = cell.profile()
+    mine, top = np.array([np.interp(times, own, column) for column in values.T]), exact.max()
     draw_plane(panels[1, 0], exact.T, times, size, plt.Normalize(0, top), "magma",
                "slip rate along strike averaged: reference")
     draw_plane(panels[1, 1], mine, times, size, plt.Normalize(0, top), "magma", label)
@@ -253,8 +243,7 @@ def figure_history(study, size=3.0):
 # ---- work and precision ----
 
 def draw_precision(axes, study, wanted, problem, measure, scale, width=1.0):
-    """Error against solves: a line for each classical controller and treatment, a mark for each policy and
-    treatment."""
+    """Error against solves: a line for each controller and treatment, a mark for each policy."""
     cells = study.select(converged=1, **wanted)
     classical = [cell for cell in cells if not cell.learned]
     for controller in CLASSICAL:
@@ -306,8 +295,7 @@ def precision_panels(rows, columns, width, height, sharex=False):
 
 
 def within(name, problem):
-    """What tells a small problem's policies apart, for a legend that two problems share: tqc; dial@0.1 of one with a
-    dial."""
+    """What tells a small problem's policies apart, for a shared legend: tqc; dial@0.1 of one with a dial."""
     rest = name.removeprefix(problem).lstrip("_")
     return rest if rest and not rest.startswith("@") else "dial" + rest
 
@@ -358,8 +346,7 @@ def figure_precision_small(study):
 # ---- transfer ----
 
 def transfers(study):
-    """(transferred policy, the one of a sweep that it began from): its name is that one's and what it was transferred
-    to."""
+    """(transferred policy, the one of a sweep that it began from), whose name it begins with."""
     swept = [name for members in study.sweeps().values() for name in members.values()]
     return [(name, base) for name in study.policies("fault") for base in swept if name.startswith(base + "_")]
 
@@ -388,8 +375,7 @@ def draw_transfer(axes, study, size, meshes, named):
 
 
 def figure_transfer(study):
-    """Solves of heuristic over those of a policy before and after its transfer, with the errors of the final slip on
-    the bars."""
+    """Solves of heuristic over those of a policy before and after its transfer, with errors on the bars."""
     sizes, pairs = study.axis("size_km", problem="fault") or [3.0], transfers(study)
     meshes, named = study.axis("mesh", problem="fault"), [name for pair in pairs for name in pair[::-1]]
     canvas, panels = plt.subplots(1, len(sizes), figsize=(5.4 * len(sizes), 4.2), layout="constrained", squeeze=False,
@@ -424,7 +410,6 @@ FIGURES = {
 }
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")

@@ -10,9 +10,6 @@ colour; the thick line is their mean.
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..errors import OutputError
 from ..plots.panels import log_scale, plt, save, use_style
@@ -143,7 +140,6 @@ def figure(logs):
     return canvas
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("logs", metavar="LOG", nargs="+", help="log files of train (-train_log)")

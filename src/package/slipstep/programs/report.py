@@ -13,9 +13,6 @@ import io
 import os
 import re
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from PIL import Image
 
@@ -174,7 +171,6 @@ def page(run, events, catalogue):
             + "\n".join(parts) + "\n</body>\n</html>\n")
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of a run")

@@ -9,9 +9,6 @@ import argparse
 import os
 import re
 
-from ..modules import need, one_line
-
-need("h5py", "numpy")
 import numpy as np
 from ..errors import OutputError
 from ..results.files import replacing
@@ -77,8 +74,7 @@ def tolerances(cells, controller):
 
 
 def swept(study, case):
-    """Was each controller that has a sweep anywhere swept here? Without that there is no saying what equal accuracy
-    costs."""
+    """Was each controller that is swept anywhere swept here? Else equal accuracy has no known cost."""
     cases = {cell.case for cell in study.cells}
     wanted = [name for name in ("heuristic", "pi", "dsp", "basic")
               if any(tolerances(classical(study, other), name) >= 4 for other in cases)]
@@ -86,8 +82,7 @@ def swept(study, case):
 
 
 def advantage(study, cell, measures):
-    """(solves of the cheapest classical run with at most the policy's errors over its own, that run); None without
-    one."""
+    """(solves of the cheapest classical run with at most the policy's errors over its own, that run), or None."""
     best = cheapest(classical(study, cell.case), {measure: cell.error(measure) for measure in measures})
     return (best["solves"] / cell["solves"], best) if best is not None else (np.nan, None)
 
@@ -309,8 +304,7 @@ def small(study):
 
 
 def cost(study):
-    """What a solve costs with each controller but those of the sweep of alphas at the reference tolerance, default
-    integrator."""
+    """What a solve costs at the reference tolerance, default integrator, without the sweep of alphas."""
     rows = []
     for case in sorted({cell.case for cell in study.select(problem="fault", tolerance=1.0)}):
         for cell in study.select(problem="fault", tolerance=1.0, error=DEFAULT[0], reaction=DEFAULT[1], converged=1):
@@ -338,8 +332,7 @@ def references(study):
 
 
 def processor_time(study, case, cells):
-    """What all runs of a case took, its reference included [s]; of runs too short for the processor's clock the wall
-    time."""
+    """What all runs of a case took with its reference [s]; of very short ones the wall time."""
     runs = sum(cell["repetitions"] * (cell["cpu"] if cell["cpu"] > 0 else cell["wall"]) for cell in cells)
     return runs + study.references.get(case, {}).get("wall", 0)
 
@@ -395,7 +388,6 @@ def fill(text, study, page):
     return text
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")

@@ -16,9 +16,6 @@ examples/seas_bp5.sh, seas_bp4.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and sea
 import argparse
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
@@ -111,38 +108,30 @@ def published(benchmark, run):
 
 
 def draw_recurrence(axes, run, events, benchmark):
-    years = intervals(events)
+    """Intervals beside those of other codes; of BP3 those that repeat, from the place in their order that fits best."""
+    years, repeated = intervals(events), recurrence(events)
     number = np.arange(1, len(years) + 1)
-    repeated = recurrence(events)
-    value, label = published(benchmark, run) or (np.mean(years) if len(years) else 1.0, None)
-    if label:
-        axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
+    axes.set(title="From one event to the next", xlabel="interval", ylabel="years",
+             xlim=(0.5, max(len(years), 1) + 0.5))
+    if benchmark == "bp3":
+        repeated = np.nan  # there is no single one
+        dip, sign = dip_of(run)
+        cycle = np.array(CYCLE.get((round(dip), sign), ()))
+        if len(cycle) and len(years):
+            later = years[STEADY:] if len(years) > STEADY else years
+            shifts = [np.abs(later - cycle[(np.arange(len(later)) + k) % len(cycle)]).mean() for k in range(len(cycle))]
+            first = int(np.argmin(shifts)) - (STEADY if len(years) > STEADY else 0)
+            axes.plot(number, cycle[(np.arange(len(years)) + first) % len(cycle)], color=REFERENCE, linestyle="",
+                      marker="_", markersize=22, markeredgewidth=3, label="FDRA, repeated")
+    else:
+        value, label = published(benchmark, run) or (np.mean(years) if len(years) else 1.0, None)
+        reach = max(0.02 * value, 1.15 * abs(years - value).max()) if len(years) else 0.02 * value
+        axes.set(ylim=(value - reach, value + reach))
+        if label:
+            axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
     axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0,
               label=f"SlipStep, from interval {STEADY + 1} on: {repeated:.2f} years" if np.isfinite(repeated)
               else "SlipStep")
-    reach = max(0.02 * value, 1.15 * abs(years - value).max()) if len(years) else 0.02 * value
-    axes.set(title="From one event to the next", xlabel="interval", ylabel="years",
-             xlim=(0.5, max(len(years), 1) + 0.5), ylim=(value - reach, value + reach))
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
-    axes.legend(loc="best")
-
-
-def draw_cycle(axes, run, events):
-    """BP3: intervals beside those that repeat, from the place in their order that fits best."""
-    years = intervals(events)
-    number = np.arange(1, len(years) + 1)
-    dip, sign = dip_of(run)
-    cycle = np.array(CYCLE.get((round(dip), sign), ()))
-    if len(cycle) and len(years):
-        later = years[STEADY:] if len(years) > STEADY else years
-        shifts = [np.abs(later - cycle[(np.arange(len(later)) + k) % len(cycle)]).mean() for k in range(len(cycle))]
-        first = int(np.argmin(shifts)) - (STEADY if len(years) > STEADY else 0)
-        axes.plot(number, cycle[(np.arange(len(years)) + first) % len(cycle)], color=REFERENCE, linestyle="",
-                  marker="_", markersize=22, markeredgewidth=3,
-                  label="FDRA, repeated")
-    axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0, label="SlipStep")
-    axes.set(title="From one event to the next", xlabel="interval", ylabel="years",
-             xlim=(0.5, max(len(years), 1) + 0.5))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.legend(loc="best")
 
@@ -282,11 +271,9 @@ def figure(benchmark, run, events):
     canvas = plt.figure(figsize=(11, sum(rows)), layout="constrained")
     grid = canvas.add_gridspec(len(rows), 2, height_ratios=rows, width_ratios=(1, 1.5))
     draw_rate(canvas.add_subplot(grid[0, :]), run, events)
+    draw_recurrence(canvas.add_subplot(grid[1, 0]), run, events, benchmark)
     if benchmark == "bp3":
-        draw_cycle(canvas.add_subplot(grid[1, 0]), run, events)
         draw_normal(canvas.add_subplot(grid[1, 1]), run)
-    else:
-        draw_recurrence(canvas.add_subplot(grid[1, 0]), run, events, benchmark)
     if benchmark in ("bp4", "bp5"):
         draw_front(canvas, canvas.add_subplot(grid[1, 1]), run, events)
     draw_slip(canvas.add_subplot(grid[1, 1] if benchmark == "bp1" else grid[2, :]), benchmark, run, events)
@@ -308,7 +295,6 @@ def arguments():
     return parser.parse_args()
 
 
-@one_line
 def main():
     options = arguments()
     stem = os.path.splitext(options.run)[0]

@@ -15,12 +15,8 @@ Formulas are those of the library, by its program elastic (build/bin, or SLIPSTE
 """
 
 import argparse
-import csv
 import os
 
-from ..modules import need, one_line
-
-need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
@@ -31,7 +27,7 @@ from ..geometry.surface import Elastic, look_vector, slip_of_event, slip_of_inpu
 from ..plots.maps import colour_bar
 from ..plots.panels import plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import is_catalogue, open_any, plain, replacing
+from ..results.files import is_catalogue, open_any, plain, replacing, write_csv
 from ..results.run import Run
 from ..times import seconds
 
@@ -118,8 +114,7 @@ class Picture:
         self.used = 0
 
     def draw(self, title, values, label, scale, most=None, depth=None):
-        """A map; values and most in the unit of the file, scale: of the bar in it; depth: of the map below the ground
-        [m]."""
+        """A map; values and most in the file's unit, scale: of the bar in it; depth: of the map [m]."""
         axes, plane = self.axes[self.used], self.plane
         self.used += 1
         most = (most if most is not None else np.abs(values).max()) / scale or 1.0
@@ -181,10 +176,7 @@ def numbers_of(target, source, plane, on_map, points, at_points):
             for k, part in enumerate(parts or [""]):
                 head.append(f"{name}{part and '_' + part} [{unit}]")
                 table.append(data.reshape(len(where), -1)[:, k])
-        with replacing(target) as out, open(out, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(head)
-            writer.writerows([repr(float(value)) for value in row] for row in zip(*table))
+        write_csv(target, [head, *zip(*(column.tolist() for column in table))])
     else:
         with replacing(target) as out, h5py.File(out, "w") as file:
             file.attrs["source"], file.attrs["slip"] = source.path, source.words
@@ -314,8 +306,7 @@ def check(parser, options):
 
 
 def suffix_of(options):
-    """What tells pictures of one file apart: those of all of it have none but for what is drawn besides
-    displacement."""
+    """What tells pictures of one file apart: the event, and what is drawn besides displacement."""
     event = f"_event_{options.event}" if options.event not in (None, "largest") else ""
     return event + "".join(f"_{name}" for name in ("look", "points", "receiver") if getattr(options, name) is not None)
 
@@ -342,7 +333,6 @@ def source_of(options):
     return slip_of_event(catalogue, catalogue.number_of(options.event or "largest"))
 
 
-@one_line
 def main():
     options = arguments()
     target = options.figure or f"{os.path.splitext(options.file)[0]}_surface{suffix_of(options)}.png"

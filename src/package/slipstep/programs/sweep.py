@@ -11,9 +11,7 @@ import argparse
 import os
 import sys
 
-from ..modules import find_program, need, one_line
-
-need("h5py", "numpy", "matplotlib")
+from ..modules import find_program
 from ..errors import Error
 from ..studies import Study
 from ..studies.slurm import AGAIN
@@ -42,7 +40,6 @@ def collected(study, path):
     return status.count("failed")
 
 
-@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="STUDY", help="study file, TOML")

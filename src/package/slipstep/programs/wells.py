@@ -10,9 +10,9 @@ left out. A row says what holds from its time on. What follows -- are the option
 import argparse
 import sys
 
-from ..modules import need, one_line
+from ..modules import need
 
-need("h5py", "numpy", "scipy")
+need("scipy")
 import h5py
 import numpy as np
 
@@ -56,7 +56,6 @@ def arguments():
     return options
 
 
-@one_line
 def main():
     options = arguments()
     wells = read_wells(options.wells)

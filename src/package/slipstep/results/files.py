@@ -2,6 +2,7 @@
 are whole or not there."""
 
 import contextlib
+import csv
 import os
 import time
 
@@ -49,8 +50,7 @@ def plain(value):
 
 
 def names_of(data):
-    """Names of faults by their labels, which the dataset of labels may have: "1 North; 2 South"; empty where it is None
-    or has none."""
+    """Names of faults by their labels, of a dataset of labels with "1 North; 2 South", or of None."""
     text = plain(data.attrs.get("names", "")) if data is not None else ""
     return {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in text.split("; ") if " " in word
             and word.split(" ", 1)[0].lstrip("-").isdigit()}
@@ -115,3 +115,9 @@ def replacing(target, source=None):
         if os.path.exists(part):
             os.remove(part)
         raise
+
+
+def write_csv(path, rows, source=None):
+    """Rows of Python's numbers, to their last bit, and texts, the first of them the names; see replacing()."""
+    with replacing(path, source) as part, open(part, "w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)

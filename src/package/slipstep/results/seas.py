@@ -68,8 +68,7 @@ def scaled(z, t):
 
 
 def pressure(z, t):
-    """Of BP6 [Pa] at distances z [m] from the injection, which has a constant flux until STOP: the solution of
-    diffusion on a line."""
+    """Of BP6 [Pa] at distances z [m] from the injection, of constant flux until STOP: diffusion on a line."""
     def spread(t):
         x = scaled(z, t)
         return np.sqrt(np.maximum(t, 0)) * (np.exp(-x * x) / math.sqrt(math.pi) - x * erfc(x))
@@ -87,8 +86,7 @@ def has_waves(run):
 
 
 def name_of(benchmark, run):
-    """As the benchmark calls itself: BP6 has a letter for each law of the state, and those with waves are fully
-    dynamic."""
+    """As the benchmark calls itself: BP6 has a letter for the law of the state, fully dynamic ones FD."""
     slip = "-fault_state_law slip" in run.run.get("options", "")
     name = "BP6-QD-S" if benchmark == "bp6" and slip else BENCHMARKS[benchmark]["name"]
     return name.replace("QD", "FD") if has_waves(run) else name
@@ -107,8 +105,7 @@ def log_rate(rate):
 
 
 def stations_of(run):
-    """Of -fault_stations, in their order: dicts of arrays, a value for the start and one per accepted step, and of x,
-    z, cell_x, cell_z [m]."""
+    """Of -fault_stations: dicts of x, z, cell_x, cell_z [m] and a value for the start and each step."""
     with run.open() as file:
         group = file.get("stations")
         if group is None or not len(group):
@@ -224,8 +221,7 @@ class Writer:
                 else f"fltst_dp{z / 100:03.0f}")
 
     def surface(self):
-        """A file for each station on the ground, by its distance from the trace in km; -00 is the foot wall's side of
-        it."""
+        """A file for each station on the ground, by its distance in km; -00 is the foot wall's side of the trace."""
         columns = ("t", "disp_1", "disp_2", "vel_1", "vel_2")
         for y, (time, displacement, velocity) in surface_of(self.run).items():
             name = f"srfst_fn{'-' if y < 0 else '+'}{abs(y) / 1e3:02.0f}"

@@ -232,8 +232,7 @@ def envelope(cells, measure="final_error"):
 
 
 def cheapest(cells, limits):
-    """The converged run of fewest solves whose errors are at most the limits, {measure: limit}; None when there is
-    none."""
+    """The converged run of fewest solves with errors of at most limits {measure: limit}, or None."""
     good = [cell for cell in cells if cell.converged
             and all(cell.error(measure) <= limit for measure, limit in limits.items())]
     return min(good, key=lambda cell: cell["solves"]) if good else None

@@ -89,8 +89,7 @@ class Record:
 
     @property
     def warnings(self):
-        """Lines of the different warnings that its commands have printed, be they those of faults, of scripts or of
-        Python."""
+        """Lines of the different warnings that its commands have printed, of faults, scripts or Python."""
         try:
             with open(self.file("log.txt"), encoding="utf-8", errors="replace") as file:
                 return warnings_of(file.read())

@@ -31,10 +31,6 @@ PAUSE = 0.02  # between two looks at the processes [s]
 SHORT = 40  # characters of a folder for sockets, whose paths may have 107
 
 
-def cores_here():
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
 def resolved(command, base):
     """Words of a command with its program's path."""
     words = shlex.split(command)
@@ -49,8 +45,7 @@ def resolved(command, base):
 
 
 class Process:
-    """One run under way: its commands one after the other, what they print into log.txt. The lock is held until it is
-    over."""
+    """One run under way: commands one after the other, printing into log.txt, under a lock until it is over."""
 
     def __init__(self, plan, record, descriptor):
         self.plan, self.record, self.descriptor = plan, record, descriptor
@@ -116,8 +111,7 @@ class Process:
             self.log.flush()
 
     def poll(self):
-        """None while it goes on, then its status: one of ENDED, "failed" or "stopped"; recorded, and the lock let
-        go."""
+        """None while it goes on, then its recorded status: one of ENDED, "failed" or "stopped"."""
         code = 127 if self.child is None else self.child.poll()
         if code is None:
             return None
@@ -212,7 +206,7 @@ def check_options(plan):
 def drive(plan, folder, runs, cores, say=None):
     """Runs that are not over, as many at once as fit, until all are or a signal stops them: the number of signals.
     say(record, status, active, left) is called for each that ends."""
-    cores = cores or plan.given["cores"] or cores_here()
+    cores = cores or plan.given["cores"] or len(os.sched_getaffinity(0))
     waiting = [record for record in (Record(folder, run) for run in runs) if not record.outcome]
     largest = max((record.planned.ranks for record in waiting), default=0)
     if largest > cores:

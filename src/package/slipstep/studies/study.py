@@ -1,6 +1,5 @@
 """A study of many runs, from a file or from Python."""
 
-import csv
 import os
 import re
 
@@ -9,7 +8,7 @@ import numpy as np
 from ..errors import Error
 from ..results import Result
 from ..running import option_units
-from ..results.files import replacing
+from ..results.files import replacing, write_csv
 from .plan import Plan
 from .record import Record, lock
 from .runner import drive
@@ -233,13 +232,8 @@ class Study:
     def write_csv(self, path):
         """The table, a line for each run, numbers to their last bit."""
         rows = self.rows
-        with replacing(path) as part, open(part, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow([name + (f" [{columns.unit(name)}]" if name in self.columns and columns.unit(name) != "1"
-                                     else "") for name in rows[0]])
-            for row in rows:
-                writer.writerow(["" if value is None else repr(value) if isinstance(value, float) else value
-                                 for value in row.values()])
+        write_csv(path, [[name + (f" [{columns.unit(name)}]" if name in self.columns and columns.unit(name) != "1"
+                                  else "") for name in rows[0]], *(row.values() for row in rows)])
 
     def plot(self, y, x, path, by=None):
         """A picture of one column against what is varied: a line for each value of `by`, by default of the first other

@@ -84,17 +84,9 @@ def of_largest(name):
     return column
 
 
-def duration(files):
-    return None if files.largest is None else float(files.catalogue.duration[files.largest])
-
-
 def rupture_speed(files):
     found = of_largest("rupture_speed")(files)
     return None if found is None else speed_or_none(found, fastest(files.run))[0]
-
-
-def events(files):
-    return None if files.catalogue is None else files.catalogue.count - files.left.events
 
 
 def recurrence(files):
@@ -114,16 +106,14 @@ def peak_slip_rate(files):
     return float(rates.max()) if len(rates) else None
 
 
-def left_out(files):
-    return None if files.catalogue is None else files.left.events
-
-
 # name -> (unit, what it is, function of Files)
 COLUMNS = {
-    "events": ("1", "number of events", events),
+    "events": ("1", "number of events",
+               lambda files: files.catalogue and files.catalogue.count - files.left.events),
     "magnitude": ("1", "moment magnitude of the largest event", of_largest("magnitude")),
     "moment": ("N m", "moment of the largest event", of_largest("moment")),
-    "duration": ("s", "duration of the largest event", duration),
+    "duration": ("s", "duration of the largest event",
+                 lambda files: None if files.largest is None else float(files.catalogue.duration[files.largest])),
     "onset": ("s", "onset of the largest event", of_largest("onset")),
     "area": ("m^2", "area of the largest event", of_largest("area")),
     "event_slip": ("m", "mean slip of the largest event", of_largest("mean_slip")),
@@ -134,7 +124,8 @@ COLUMNS = {
     "peak_slip_rate": ("m/s", "largest slip rate of the run", peak_slip_rate),
     "recurrence": ("s", f"mean time between events of at least {LARGE:g} of the largest moment", recurrence),
     "recurrence_spread": ("s", "standard deviation of these times", recurrence_spread),
-    "left_out": ("1", "number of events that the spin-up leaves out, from which these numbers are free", left_out),
+    "left_out": ("1", "number of events that the spin-up leaves out, from which these numbers are free",
+                 lambda files: files.catalogue and files.left.events),
     "warnings": ("1", "number of warnings that the run printed", lambda files: len(files.record.warnings)),
 }
 OF_RECORD = {"wall_time": "s", "attempts": "1", "code": "1"}
@@ -190,8 +181,7 @@ def check_name(source, name):
 
 
 def missing(name, options):
-    """What a column needs and a run with these options of the program (names without "fault_") does not have; "":
-    nothing that is known before it runs."""
+    """What a column needs that a run with these options (without "fault_") does not have; "": nothing."""
     fields = set(str(options["output_fields"]).split(",")) if options.get("output_fields") else None
     if (name.startswith("stress_drop_") and name != "stress_drop_moment" and fields is not None
         and not {"slip", "traction"} <= fields):
@@ -214,8 +204,7 @@ def unit(name):
 
 
 def value(name, files, outcome):
-    """A column of one run that is over: a number or text, None where it has none. Of a program of one's own its numbers
-    go first."""
+    """A column of a run that is over: a number or text, or None; numbers of its own program go first."""
     if name in OF_RECORD:
         return outcome.get(name)
     if name in files.numbers:

@@ -10,14 +10,12 @@ import struct
 import h5py
 import numpy as np
 
+from ..results.files import names_of, plain
 from ..times import YEAR
+from .text import LARGE, NUMBER, FormatError, Text
 
 RATES = {"m/s": 1.0, "m/yr": 1 / YEAR, "mm/yr": 1e-3 / YEAR}
 UNITS = {"m": 1.0, "km": 1000.0}
-
-
-class MeshError(Exception):
-    """What is wrong with a file: its name and what was expected."""
 
 
 class Surfaces:
@@ -38,13 +36,6 @@ def fans(faces):
     return triangles, np.repeat(np.arange(len(faces)), [len(face) - 2 for face in faces])
 
 
-def number(path, line, word):
-    try:
-        return float(word)
-    except ValueError:
-        raise MeshError(f"{path}, line {line}: \"{word[:40]}\", expected a number") from None
-
-
 # ---- STL ----
 
 def read_stl(path):
@@ -55,11 +46,11 @@ def read_stl(path):
                              offset=84)
         return Surfaces(rows["corners"], np.zeros(len(rows), int), {})
     if b"\0" in content or not content.lstrip().lower().startswith(b"solid"):
-        raise MeshError(f"{path}: {len(content)} bytes, which are neither text that begins with \"solid\" nor 84 and "
+        raise FormatError(f"{path}: {len(content)} bytes, which are neither text that begins with \"solid\" nor 84 and "
                         "50 for each of the triangles that they say: expected STL")
-    corners, fault, names, solid, facet = [], [], {}, -1, []
-    for line, text in enumerate(content.decode(errors="replace").splitlines(), 1):
-        words = text.split()
+    corners, fault, names, solid, facet, text = [], [], {}, -1, [], Text(path)
+    for line, words in text:
+        words = words.split()
         if not words:
             continue
         word = words[0].lower()
@@ -68,82 +59,78 @@ def read_stl(path):
             names[solid] = " ".join(words[1:])
         elif word == "vertex":
             if len(words) != 4:
-                raise MeshError(f"{path}, line {line}: {len(words) - 1} coordinates, expected 3")
-            facet.append([number(path, line, w) for w in words[1:]])
+                text.fail(line, f"{len(words) - 1} coordinates", "3")
+            facet.append([text.number(line, w) for w in words[1:]])
         elif word == "endfacet":
             if len(facet) != 3:
-                raise MeshError(f"{path}, line {line}: a facet of {len(facet)} vertices, expected 3")
+                text.fail(line, f"a facet of {len(facet)} vertices", "3")
             corners.append(facet)
             fault.append(solid)
             facet = []
         elif word not in ("facet", "outer", "endloop", "endsolid"):
-            raise MeshError(f"{path}, line {line}: \"{words[0][:40]}\", expected a word of STL")
+            text.fail(line, f"\"{words[0][:40]}\"", "a word of STL")
     if facet:
-        raise MeshError(f"{path} ends within a facet")
+        raise FormatError(f"{path} ends within a facet")
     return Surfaces(corners, fault, names)
 
 
 # ---- GOCAD ----
 
 def read_gocad(path):
-    corners, fault, names, surface, places, up, unit, system, said, down = [], [], {}, -1, {}, True, np.ones(
-        3), False, set(), []
-    own, more = None, 0  # the unit of all axes; vertices and triangles with properties
-    with open(path, errors="replace") as file:
-        for line, text in enumerate(file, 1):
-            words = text.split()
-            if not words:
-                continue
-            word = words[0].upper()
-            if word == "GOCAD":
-                if len(words) < 2 or words[1].upper() != "TSURF":
-                    raise MeshError(f"{path}, line {line}: a GOCAD {' '.join(words[1:2])}, expected a TSurf")
-                surface, places, up, unit, system = surface + 1, {}, True, np.ones(3), False
-                own = None
-                names[surface] = ""
-            elif surface < 0:
-                raise MeshError(f"{path}, line {line}: \"{words[0][:40]}\", expected GOCAD TSurf")
-            elif word in ("GOCAD_ORIGINAL_COORDINATE_SYSTEM", "END_ORIGINAL_COORDINATE_SYSTEM"):
-                system = not word.startswith("END")  # which has a NAME of its own
-            elif word == "HDR" and len(words) > 1 and words[1].lower().startswith("name:"):
-                names[surface] = text.split(":", 1)[1].strip()
-            elif not system and (word.startswith("NAME:") or (word == "NAME" and len(words) > 1)):
-                names[surface] = text.split(":", 1)[-1].strip() if ":" in text else " ".join(words[1:])
-            elif word == "ZPOSITIVE":
-                if len(words) != 2 or words[1].lower() not in ("elevation", "depth"):
-                    raise MeshError(f"{path}, line {line}: ZPOSITIVE {' '.join(words[1:])}, expected "
-                                    "Elevation or Depth")
-                up = words[1].lower() == "elevation"
-            elif word == "AXIS_UNIT":
-                found = [w.lower() for w in text.replace('"', " ").split()[1:]]
-                if len(found) != 3 or not set(found) <= set(UNITS):
-                    raise MeshError(f"{path}, line {line}: {text.strip()}, expected m or km for each of three axes")
-                unit, own = np.array([UNITS[w] for w in found]), found[0] if len(set(found)) == 1 else "m"
-            elif word in ("VRTX", "PVRTX"):
-                if len(words) < 5:
-                    raise MeshError(f"{path}, line {line}: {len(words) - 2} coordinates, expected 3")
-                place = np.array([number(path, line, w) for w in words[2:5]]) * unit
-                more += len(words) > 5
-                said.add(own)
-                places[words[1]] = place * (1, 1, 1 if up else -1)
-            elif word in ("ATOM", "PATOM"):
-                if len(words) < 3 or words[2] not in places:
-                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the number of a "
-                                    "vertex before it")
-                places[words[1]] = places[words[2]]
-            elif word == "TRGL":
-                missing = [w for w in words[1:4] if w not in places]
-                if len(words) < 4 or missing:
-                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three vertices"
-                                    + (f", but there is no {missing[0][:20]}" if missing else ""))
-                corners.append([places[w] for w in words[1:4]])
-                more += len(words) > 4
-                fault.append(surface)
-                down.append(not up)
+    corners, fault, down, names, surface, said = [], [], [], {}, -1, set()
+    text, more = Text(path), 0  # vertices and triangles with properties
+    for line, whole in text:
+        words = whole.split()
+        if not words:
+            continue
+        word = words[0].upper()
+        if word == "GOCAD":
+            if len(words) < 2 or words[1].upper() != "TSURF":
+                text.fail(line, f"a GOCAD {' '.join(words[1:2])}", "a TSurf")
+            surface, places, up, unit, system = surface + 1, {}, True, np.ones(3), False
+            own = None  # the unit of all axes
+            names[surface] = ""
+        elif surface < 0:
+            text.fail(line, f"\"{words[0][:40]}\"", "GOCAD TSurf")
+        elif word in ("GOCAD_ORIGINAL_COORDINATE_SYSTEM", "END_ORIGINAL_COORDINATE_SYSTEM"):
+            system = not word.startswith("END")  # which has a NAME of its own
+        elif word == "HDR" and len(words) > 1 and words[1].lower().startswith("name:"):
+            names[surface] = whole.split(":", 1)[1].strip()
+        elif not system and (word.startswith("NAME:") or (word == "NAME" and len(words) > 1)):
+            names[surface] = whole.split(":", 1)[-1].strip() if ":" in whole else " ".join(words[1:])
+        elif word == "ZPOSITIVE":
+            if len(words) != 2 or words[1].lower() not in ("elevation", "depth"):
+                text.fail(line, f"ZPOSITIVE {' '.join(words[1:])}", "Elevation or Depth")
+            up = words[1].lower() == "elevation"
+        elif word == "AXIS_UNIT":
+            found = [w.lower() for w in whole.replace('"', " ").split()[1:]]
+            if len(found) != 3 or not set(found) <= set(UNITS):
+                text.fail(line, whole.strip(), "m or km for each of three axes")
+            unit, own = np.array([UNITS[w] for w in found]), found[0] if len(set(found)) == 1 else "m"
+        elif word in ("VRTX", "PVRTX"):
+            if len(words) < 5:
+                text.fail(line, f"{len(words) - 2} coordinates", "3")
+            place = np.array([text.number(line, w) for w in words[2:5]]) * unit
+            more += len(words) > 5
+            said.add(own)
+            places[words[1]] = place * (1, 1, 1 if up else -1)
+        elif word in ("ATOM", "PATOM"):
+            if len(words) < 3 or words[2] not in places:
+                text.fail(line, whole.strip()[:60], "the number of a vertex before it")
+            places[words[1]] = places[words[2]]
+        elif word == "TRGL":
+            missing = [w for w in words[1:4] if w not in places]
+            if len(words) < 4 or missing:
+                text.fail(line, whole.strip()[:60], "the numbers of three vertices"
+                          + (f", but there is no {missing[0][:20]}" if missing else ""))
+            corners.append([places[w] for w in words[1:4]])
+            more += len(words) > 4
+            fault.append(surface)
+            down.append(not up)
     if surface < 0:
-        raise MeshError(f"{path} is empty, expected GOCAD TSurf")
+        raise FormatError(f"{path} is empty, expected GOCAD TSurf")
     if None in said and len(said) > 1:
-        raise MeshError(f"{path}: some surfaces have AXIS_UNIT and some have not, expected all or none")
+        raise FormatError(f"{path}: some surfaces have AXIS_UNIT and some have not, expected all or none")
     return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m", down=down,
                     remarks=[f"words after the numbers of {more} vertices and triangles, as properties, are left out"]
                     if more else ())
@@ -151,17 +138,11 @@ def read_gocad(path):
 
 # ---- RSQSim ----
 
-def is_number(word):
-    try:
-        return np.isfinite(float(word))
-    except ValueError:
-        return False
-
-
-def names_of(rows):
+def names_and_columns(rows):
     """Names of faults from the words after their numbers, {number: [words, ...]}, and how many columns of numbers
     follow the names. As many as every row ends with are columns, unless names are told apart by them alone."""
-    ending = [next((k for k, word in enumerate(reversed(words)) if not is_number(word)), max(len(words) - 1, 0))
+    ending = [next((k for k, word in enumerate(reversed(words)) if not re.fullmatch(NUMBER, word)),
+                   max(len(words) - 1, 0))
               for all_words in rows.values() for words in all_words]
     columns = min(ending, default=0)
     short = {label: " ".join(words[0][:len(words[0]) - columns]) for label, words in rows.items()}
@@ -172,26 +153,25 @@ def names_of(rows):
 
 
 def read_rsqsim(path, rate_unit):
-    corners, fault, words_of, rake, rate = [], [], {}, [], []
-    with open(path, errors="replace") as file:
-        for line, text in enumerate(file, 1):
-            words = text.split("#", 1)[0].split()
-            if not words:
-                continue
-            if len(words) < 11:
-                raise MeshError(f"{path}, line {line}: {len(words)} columns, expected x1 y1 z1 x2 y2 z2 x3 y3 z3 rake "
-                                "rate, and perhaps id name, of RSQSim")
-            values = [number(path, line, w) for w in words[:12]]
-            own = int(values[11]) if len(words) > 11 else 0
-            if len(words) > 11 and own != values[11]:
-                raise MeshError(f"{path}, line {line}: the fault's number is {words[11]}, expected a whole one")
-            corners.append(np.reshape(values[:9], (3, 3)))
-            rake.append(values[9])
-            rate.append(values[10] * RATES[rate_unit])
-            fault.append(own)
-            if len(words) > 12:
-                words_of.setdefault(own, []).append(words[12:])
-    names, columns = names_of(words_of)
+    corners, fault, words_of, rake, rate, text = [], [], {}, [], [], Text(path)
+    for line, words in text:
+        words = words.split("#", 1)[0].split()
+        if not words:
+            continue
+        if len(words) < 11:
+            text.fail(line, f"{len(words)} columns", "x1 y1 z1 x2 y2 z2 x3 y3 z3 rake rate, and perhaps id name, of "
+                      "RSQSim")
+        values = [text.number(line, w) for w in words[:12]]
+        own = int(values[11]) if len(words) > 11 else 0
+        if len(words) > 11 and own != values[11]:
+            text.fail(line, f"the fault's number is {words[11]}", "a whole one")
+        corners.append(np.reshape(values[:9], (3, 3)))
+        rake.append(values[9])
+        rate.append(values[10] * RATES[rate_unit])
+        fault.append(own)
+        if len(words) > 12:
+            words_of.setdefault(own, []).append(words[12:])
+    names, columns = names_and_columns(words_of)
     return Surfaces(corners, fault, names, {"rake": (rake, "degrees"), "loading_rate": (rate, "m/s")},
                     remarks=[f"{columns} column{'s' * (columns > 1)} after the names left out"] if columns else ())
 
@@ -199,32 +179,31 @@ def read_rsqsim(path, rate_unit):
 # ---- OBJ ----
 
 def read_obj(path):
-    """Vertices and faces; normals and places in pictures, which faces may name beside each vertex, are left out. Groups
-    are faults, or else objects."""
-    points, faces, groups, objects, group, thing = [], [], [], [], "", ""
-    with open(path, errors="replace") as file:
-        for line, text in enumerate(file, 1):
-            words = text.split("#", 1)[0].split()
-            if not words:
-                continue
-            if words[0] == "v":
-                if len(words) < 4:
-                    raise MeshError(f"{path}, line {line}: {len(words) - 1} coordinates, expected 3")
-                points.append([number(path, line, w) for w in words[1:4]])
-            elif words[0] in ("g", "o"):
-                group, thing = (" ".join(words[1:]), thing) if words[0] == "g" else (group, " ".join(words[1:]))
-            elif words[0] == "f":
-                try:
-                    numbers = [int(w.split("/")[0]) for w in words[1:]]
-                except ValueError:
-                    numbers = []
-                corners = [n - 1 if n > 0 else len(points) + n for n in numbers]
-                if len(corners) < 3 or 0 in numbers or not all(0 <= c < len(points) for c in corners):
-                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three or more "
-                                    "vertices before it")
-                faces.append(corners)
-                groups.append(group)
-                objects.append(thing)
+    """Vertices and faces, without normals and places in pictures. Groups are faults, or else objects."""
+    points, faces, groups, objects, group, thing, text = [], [], [], [], "", "", Text(path)
+    for line, whole in text:
+        words = whole.split("#", 1)[0].split()
+        if not words:
+            continue
+        if words[0] == "v":
+            if len(words) < 4:
+                text.fail(line, f"{len(words) - 1} coordinates", "3")
+            points.append([text.number(line, w) for w in words[1:4]])
+        elif words[0] == "g":
+            group = " ".join(words[1:])
+        elif words[0] == "o":
+            thing = " ".join(words[1:])
+        elif words[0] == "f":
+            try:
+                numbers = [int(w.split("/")[0]) for w in words[1:]]
+            except ValueError:
+                numbers = []
+            corners = [n - 1 if n > 0 else len(points) + n for n in numbers]
+            if len(corners) < 3 or 0 in numbers or not all(0 <= c < len(points) for c in corners):
+                text.fail(line, whole.strip()[:60], "the numbers of three or more vertices before it")
+            faces.append(corners)
+            groups.append(group)
+            objects.append(thing)
     triangles, of = fans(faces)
     said = groups if len(set(groups)) > 1 or not any(objects) else objects
     names = list(dict.fromkeys(said))
@@ -240,36 +219,32 @@ def read_obj(path):
 def read_hdf5(path):
     with h5py.File(path) as file:
         if "vertices" not in file or "triangles" not in file:
-            raise MeshError(f"{path}: expected /vertices and /triangles; rectangles need no conversion")
+            raise FormatError(f"{path}: expected /vertices and /triangles; rectangles need no conversion")
         vertices, triangles = file["vertices"][()], file["triangles"][()]
         for name, values in (("vertices", vertices), ("triangles", triangles)):
             if values.ndim != 2 or values.shape[1] != 3 or not np.issubdtype(values.dtype, np.number):
-                raise MeshError(f"{path}: /{name} has shape {list(values.shape)}, expected numbers of shape [any, 3]")
+                raise FormatError(f"{path}: /{name} has shape {list(values.shape)}, expected numbers of shape [any, 3]")
         if not np.all(triangles == np.floor(triangles)):
-            raise MeshError(f"{path}: /triangles has numbers that are not whole, expected rows of /vertices")
+            raise FormatError(f"{path}: /triangles has numbers that are not whole, expected rows of /vertices")
         triangles = triangles.astype(int)
         fault = file["fault"][()].astype(int) if "fault" in file else np.zeros(len(triangles), int)
         if fault.shape != (len(triangles),):
-            raise MeshError(f"{path}: /fault has shape {list(fault.shape)}, expected [{len(triangles)}], a label for "
+            raise FormatError(f"{path}: /fault has shape {list(fault.shape)}, expected [{len(triangles)}], a label for "
                             "each triangle")
-        said = file["fault"].attrs.get("names", "") if "fault" in file else ""
-        unit = file["vertices"].attrs.get("units")
-    text, unit = (word.decode() if isinstance(word, bytes) else word for word in (said, unit))
+        names, unit = names_of(file.get("fault")), plain(file["vertices"].attrs.get("units"))
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(vertices)):
-        raise MeshError(f"{path}: /triangles has the vertex "
+        raise FormatError(f"{path}: /triangles has the vertex "
                         f"{triangles.min() if triangles.min() < 0 else triangles.max()}, expected 0 to "
                         f"{len(vertices) - 1}")
-    names = {int(part.split(" ", 1)[0]): part.split(" ", 1)[1] for part in text.split("; ") if " " in part}
     if unit not in (None, "m"):
-        raise MeshError(f"{path}: /vertices has the units {unit}, expected m")
+        raise FormatError(f"{path}: /vertices has the units {unit}, expected m")
     return Surfaces(vertices[triangles], fault, names, unit=unit, frame="ned")
 
 
 # ---- Gmsh ----
 
 class _Words:
-    """Numbers of a section as text: take(count, code) with the codes of struct, d of floating point and others of whole
-    numbers"""
+    """Numbers of a section as text: take(count, code) by codes of struct, d of floating point, others whole."""
 
     def __init__(self, content):
         self.words = iter(content.decode(errors="replace").split())
@@ -300,21 +275,22 @@ class _Bytes:
 
 
 def read_gmsh(path):
-    """2.2 and 4.1: triangles of physical surfaces, or all where there are none. fault reads such files itself and says
-    more of what is wrong with them."""
+    """2.2 and 4.1: triangles of physical surfaces, or all where there are none; fault itself says more of errors."""
     with open(path, "rb") as file:
         sections = dict(re.findall(rb"\$(\w+)[ \t]*\r?\n(.*?)\$End\1", file.read(), re.DOTALL))
     try:
         version, binary = sections[b"MeshFormat"].split()[:2]
         if version not in (b"2.2", b"4.1"):
-            raise MeshError(f"{path} is of version {version.decode(errors='replace')} of the format, expected "
+            raise FormatError(f"{path} is of version {version.decode(errors='replace')} of the format, expected "
                             "2.2 or 4.1")
         order = "<" if b"\n\1\0\0\0" in sections[b"MeshFormat"] else ">"
         numbers = {name: _Bytes(content, order) if binary == b"1" else _Words(content)
                    for name, content in sections.items() if name in (b"Nodes", b"Elements", b"Entities")}
         points, elements = (_gmsh_old if version == b"2.2" else _gmsh)(numbers)
+    except FormatError:
+        raise
     except (KeyError, ValueError, StopIteration, RuntimeError, struct.error, MemoryError):
-        raise MeshError(f"{path}: expected $MeshFormat, $Nodes and $Elements of Gmsh 2.2 or 4.1") from None
+        raise FormatError(f"{path}: expected $MeshFormat, $Nodes and $Elements of Gmsh 2.2 or 4.1") from None
     said = sections.get(b"PhysicalNames", b"").decode(errors="replace")
     names = {int(tag): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', said) if dim == "2"}
     own = {}
@@ -323,7 +299,7 @@ def read_gmsh(path):
     several = next((sorted(groups) for groups in own.values() if len(groups) > 1), None)
     if several:
         words = [f'{group} "{names[group]}"' if group in names else str(group) for group in several]
-        raise MeshError(f"{path}: a triangle is of several physical groups, {' and '.join(words)}, expected one: a "
+        raise FormatError(f"{path}: a triangle is of several physical groups, {' and '.join(words)}, expected one: a "
                         "triangle is of one fault")
     if any(groups for _, groups in elements):
         elements = [element for element in elements if element[1]]
@@ -332,7 +308,7 @@ def read_gmsh(path):
     try:
         corners = [[points[node] for node in nodes] for nodes in triangles]
     except KeyError as error:
-        raise MeshError(f"{path}: an element has the node {error}, which $Nodes does not have") from None
+        raise FormatError(f"{path}: an element has the node {error}, which $Nodes does not have") from None
     return Surfaces(corners, np.array(labels, int)[of] if faces else [], names)
 
 
@@ -407,7 +383,7 @@ def read_meshio(path, label):
     try:
         import meshio
     except ImportError:
-        raise MeshError(f"{path}: expected .stl, .ts, .obj, .msh, .h5, or .txt, .dat or .flt of RSQSim, or --format "
+        raise FormatError(f"{path}: expected .stl, .ts, .obj, .msh, .h5, or .txt, .dat or .flt of RSQSim, or --format "
                         "stl, gocad, obj, gmsh, hdf5 or rsqsim; "
                         "others need meshio, which is not installed") from None
     said = io.StringIO()
@@ -417,16 +393,16 @@ def read_meshio(path, label):
     except (Exception, SystemExit) as error:
         # its readers raise what they like, and it may print a line and end the program
         words = " ".join((said.getvalue() or str(error)).split())
-        raise MeshError(f"{path}: meshio cannot read it: {words or type(error).__name__} (rows of RSQSim: "
+        raise FormatError(f"{path}: meshio cannot read it: {words or type(error).__name__} (rows of RSQSim: "
                         "--format rsqsim)") from None
     taken = [k for k, block in enumerate(mesh.cells) if block.type in ("triangle", "quad", "polygon")]
     if not taken:
-        raise MeshError(f"{path}: {', '.join(sorted({block.type for block in mesh.cells})) or 'nothing'}, "
+        raise FormatError(f"{path}: {', '.join(sorted({block.type for block in mesh.cells})) or 'nothing'}, "
                         "expected triangles")
     data = {name: np.concatenate([np.broadcast_to(values[k], (len(mesh.cells[k].data), *np.shape(values[k])[1:]))
                                   for k in taken]) for name, values in mesh.cell_data.items()}
     if label and label not in data:
-        raise MeshError(f"{path} has no data of cells of the name {label} (--label): it has "
+        raise FormatError(f"{path} has no data of cells of the name {label} (--label): it has "
                         f"{', '.join(data) or 'none'}")
     points = np.column_stack([mesh.points, np.zeros((len(mesh.points), 3 - mesh.points.shape[1]))])
     triangles, of = fans([list(face) for k in taken for face in mesh.cells[k].data])
@@ -434,7 +410,7 @@ def read_meshio(path, label):
     fault = np.zeros(len(triangles), int)
     if region:
         if np.ndim(data[region]) != 1 or not np.all(data[region] == np.round(data[region])):
-            raise MeshError(f"{path}: {region} has other values than a whole number for each cell (--label)")
+            raise FormatError(f"{path}: {region} has other values than a whole number for each cell (--label)")
         fault = np.asarray(data[region]).astype(int)[of]
         remarks.append(f"faults by its data {region}")
     elif data:
@@ -452,15 +428,16 @@ FORMATS = ("stl", "gocad", "obj", "gmsh", "hdf5", "rsqsim", "meshio")
 def read(path, kind=None, rate_unit="m/s", label=None):
     """Surfaces of a file whose kind is that of its ending by default."""
     if not os.path.isfile(path):
-        raise MeshError(f"{path}: no such file")
+        raise FormatError(f"{path}: no such file")
     kind = kind or KINDS.get(os.path.splitext(path)[1].lower(), "meshio")
     if kind == "hdf5" and not h5py.is_hdf5(path):
-        raise MeshError(f"{path} is not an HDF5 file")
+        raise FormatError(f"{path} is not an HDF5 file")
     found = {"stl": read_stl, "gocad": read_gocad, "obj": read_obj, "gmsh": read_gmsh, "hdf5": read_hdf5,
              "meshio": lambda p: read_meshio(p, label), "rsqsim": lambda p: read_rsqsim(p, rate_unit)}[kind](path)
     if not len(found.corners):
-        raise MeshError(f"{path} has no triangles")
-    finite = np.isfinite(found.corners).all(axis=(1, 2))
-    if not finite.all():
-        raise MeshError(f"{path}: triangle {int(np.flatnonzero(~finite)[0])} has a coordinate that is not finite")
+        raise FormatError(f"{path} has no triangles")
+    size = np.abs(found.corners).max(axis=(1, 2))
+    if not (size <= LARGE).all():
+        k = int(np.argmin(size <= LARGE))
+        raise FormatError(f"{path}: triangle {k} has a coordinate of {size[k]:g}, expected {LARGE:g} at most")
     return found
