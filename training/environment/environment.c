@@ -59,30 +59,14 @@ static PetscReal InSeconds(PetscReal value, const char unit[], const EnvRun *run
   return value * (unit[0] == 'T' ? run->tstar : (unit[0] == 't' ? run->tmax : 1));
 }
 
-static PetscErrorCode Judge(Environment *env, const SlipAttempt *last, PetscReal *value)
-{
-  RewardInput in = {.attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha};
-
-  PetscFunctionBegin;
-  in.cost = env->o.wall_cost ? last->wall : (PetscReal)last->newton;
-  if (last->converged) {
-    env->cost_min = PetscMin(env->cost_min, in.cost);
-    env->cost_max = PetscMax(env->cost_max, in.cost);
-  }
-  in.cost_min = env->cost_min;
-  in.cost_max = env->cost_max;
-  if (env->o.reward->needs_continuation && last->accepted)
-    PetscCall(env->o.problem->judge_step(env->judge, &env->run, last->time + last->dt, &in.effect));
-  *value = env->o.reward->value(&in);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* TSAdaptRLActorFn: inversion of control, TSSolve() calls the learner. The step is as of SlipPolicyActionToStep(). */
 static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
                             PetscBool guarded, PetscReal *h, void *ctx)
 {
   Environment *env = (Environment *)ctx;
   EnvResult *r = &env->result;
+  const Reward *reward = env->o.reward;
+  RewardInput in = {.attempt = last, .dt_min = env->dt_min, .dt_max = env->dt_max, .alpha = env->o.alpha};
   EnvMoment moment = {.obs = env->obs, .first = last ? PETSC_FALSE : PETSC_TRUE, .overruled = guarded};
   PetscReal action = 0, x;
 
@@ -94,7 +78,16 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
     env->obs[i] = obs[i] * env->o.scale[i] + env->o.offset[i];
   }
   if (last) {
-    if (env->o.reward) PetscCall(Judge(env, last, &moment.reward));
+    in.cost = env->o.wall_cost ? last->wall : (PetscReal)last->newton;
+    if (last->converged) {
+      env->cost_min = PetscMin(env->cost_min, in.cost);
+      env->cost_max = PetscMax(env->cost_max, in.cost);
+    }
+    in.cost_min = env->cost_min;
+    in.cost_max = env->cost_max;
+    if (reward && reward->needs_continuation && last->accepted)
+      PetscCall(env->o.problem->judge_step(env->judge, &env->run, last->time + last->dt, &in.effect));
+    if (reward) moment.reward = reward->value(&in);
     r->attempts++;
     r->solves += last->solves;
     r->accepted += last->accepted ? 1 : 0;
@@ -168,7 +161,6 @@ PetscErrorCode EnvRunInstance(Environment *env, const EnvInstance *instance, Env
 
   PetscFunctionBegin;
   PetscCall(o->problem->create(o, instance, &env->run));
-  env->run.problem = o->problem;
   env->dt_min = InSeconds(o->dt_min, o->dt_min_unit, &env->run);
   env->dt_max = InSeconds(o->dt_max, o->dt_max_unit, &env->run);
   PetscCheck(env->run.tmax > 0 && !PetscIsInfOrNanReal(env->run.tmax), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,

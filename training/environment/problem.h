@@ -48,7 +48,6 @@ typedef struct {
 
 /* One simulated instance. */
 typedef struct {
-  const Problem *problem;
   void *model; /* the problem's own: SlipFault, SlipModel */
   TS ts;
   Vec w;

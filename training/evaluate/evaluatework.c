@@ -311,25 +311,6 @@ static PetscErrorCode Look(const Work *w, PetscBool reference[], EvaluateState c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const PetscBool needed[])
-{
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < w->m->ncases; i++) {
-    const ProblemCase *c = &w->m->cases[i];
-
-    if (reference[i] || !needed[i]) continue;
-    PetscCheck(
-      w->o->reference_steps, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONGSTATE,
-      "-evaluate_reference_steps is 0, but %s has no reference of %s; expected one there, or a number of steps",
-      w->o->output, c->name);
-    w->jobs[w->njobs++] = (Job){i, -1,
-                                c->problem->evaluation->exact
-                                  ? (PetscReal)1e-3
-                                  : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * SolveWeight(c)};
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Summary(const Work *w, PetscInt before, const EvaluateState cell[])
 {
   PetscInt known = 0, bad = 0;
@@ -386,7 +367,19 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o)
                             "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
                             "made anew\n",
                             o->output, outdated));
-    PetscCall(AddReferences(&w, reference, needed));
+    for (PetscInt i = 0; i < m->ncases; i++) {
+      const ProblemCase *c = &m->cases[i];
+
+      if (reference[i] || !needed[i]) continue;
+      PetscCheck(
+        o->reference_steps, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONGSTATE,
+        "-evaluate_reference_steps is 0, but %s has no reference of %s; expected one there, or a number of steps",
+        o->output, c->name);
+      w.jobs[w.njobs++] = (Job){i, -1,
+                                c->problem->evaluation->exact
+                                  ? (PetscReal)1e-3
+                                  : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(o, c) * SolveWeight(c)};
+    }
     for (PetscInt i = 0; i < w.njobs; i++) w.total += w.jobs[i].weight;
     if (w.njobs) PetscCall(WorkThrough(&w)); /* cells need them */
     for (PetscInt i = 0; i < w.njobs; i++) w.before += w.jobs[i].weight;
