@@ -154,8 +154,8 @@ static void stability(void **state)
 
 enum { EVENTS = 5, LINE = 48 };
 
-/* A line of cells whose core, from a fifth of the depth to three quarters, weakens; its lower end begins ten times faster
-   than the rest. Two of those by which the tolerances of src/fault/steps/cyclesteps.c were tested. */
+/* A line of cells whose core, from a fifth of the depth to three quarters, weakens; its lower end begins ten times
+   faster than the rest. Two of those by which the tolerances of src/fault/steps/cyclesteps.c were tested. */
 static SlipFault line_of(int k)
 {
   const struct {
@@ -234,8 +234,8 @@ static Onsets onsets_of(SlipFault fault, PetscReal end, PetscReal rtol)
 }
 
 /* The tolerance and controller that a fault takes for an accuracy, on draws that no table was measured with: 95 % of
-   runs keep it, so that two of four miss it in one of seventy such tests. Error: of the time of the tenth event over the
-   recurrence, as those of five let expect. */
+   runs keep it, so that two of four miss it in one of seventy such tests. Error: of the time of the tenth event over
+   the recurrence, as those of five let expect. */
 static void keeps_accuracy(void **state)
 {
   const PetscReal accuracy[] = {1e-2, 3e-3}, end[] = {27273146703., 15682738613.};

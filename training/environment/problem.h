@@ -10,7 +10,8 @@
 #define ENV_MAX_DRAW 12
 #define ENV_MAX_ERRORS 3
 
-/* What an attempted step is worth: rows of a table, chosen by -train_reward. Everything a reward may use. Costs are those of -train_cost: Newton iterations or wall seconds. */
+/* What an attempted step is worth: rows of a table, chosen by -train_reward. Everything a reward may use. Costs are
+   those of -train_cost: Newton iterations or wall seconds. */
 typedef struct {
   const SlipAttempt *attempt;
   PetscReal dt_min, dt_max;           /* bounds of the action [s] */

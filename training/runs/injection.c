@@ -1,5 +1,5 @@
-/* Small faults that slip under a pore pressure alone (train -train_algorithm tolerances -train_problem injection), drawn
-   at random: the problem by which tolerances of injections are measured. */
+/* Small faults that slip under a pore pressure alone (train -train_algorithm tolerances -train_problem injection),
+   drawn at random: the problem by which tolerances of injections are measured. */
 #define _POSIX_C_SOURCE 200809L /* mkdtemp() */
 #include "runs.h"
 #include <slipcompat.h>
@@ -257,8 +257,9 @@ PetscErrorCode InjectionDraw(RunEpisode *e, Random *random)
 static PetscErrorCode Compare(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error)
 {
   PetscFunctionBegin;
-  errors[SLIP_ERROR_HISTORY] = SlipCourseLevy(r->course.n, RunNodes(r), e->reference.course.n, RunNodes(&e->reference));
-  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, e->reference.slip);
+  errors[SLIP_ERROR_HISTORY] =
+    SlipCourseLevy(r->course.n, CourseNodes(&r->course), e->reference.course.n, CourseNodes(&e->reference.course));
+  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, 1, e->reference.slip);
   errors[SLIP_ERROR_SHIFT] = RunPassedError(e, r, e->end);
   *error = PetscMax(PetscMax(errors[SLIP_ERROR_HISTORY], errors[SLIP_ERROR_FIELD]), errors[SLIP_ERROR_SHIFT]);
   PetscFunctionReturn(PETSC_SUCCESS);

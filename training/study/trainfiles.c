@@ -1,5 +1,5 @@
-/* The files of a training: the policy; checkpoints of networks, optimisers, buffer, random numbers and counters, so that
-   training goes on bit by bit; the learning curve. */
+/* The files of a training: the policy; checkpoints of networks, optimisers, buffer, random numbers and counters, so
+   that training goes on bit by bit; the learning curve. */
 #include "trainer.h"
 #include "common/files.h"
 #include "problems/problems.h"
