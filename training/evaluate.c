@@ -40,12 +40,7 @@ int main(int argc, char **argv)
       PetscCall(c.problem->evaluation->destroy(&model));
     }
   } else {
-    EvaluateMatrix m;
-
-    PetscCall(EvaluateMatrixCreate(&o, &m));
-    PetscCall(EvaluateWork(&o, &m));
-    PetscCall(PetscFree(m.cases));
-    PetscCall(PetscFree(m.cells));
+    PetscCall(EvaluateWork(&o));
     if (!o.list) PetscCall(SlipWarnOfUnusedOptions());
   }
   PetscCall(PetscFree(o.policies));

@@ -51,10 +51,8 @@ static PetscErrorCode ReadOptions(Options *o)
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(PetscOptionsString("-policy", "File of the policy (default: classical controllers alone)", NULL, o->policy,
                                o->policy, sizeof(o->policy), NULL));
-  PetscCall(PetscOptionsString("-controllers",
-                               "Classical types, filters of pi and dsp, and methods (adams/pi, 5dp/basic), with commas "
-                               "between",
-                               NULL, o->controllers, o->controllers, sizeof(o->controllers), NULL));
+  PetscCall(PetscOptionsString("-controllers", "Classical types, and filters of pi and dsp, with commas between", NULL,
+                               o->controllers, o->controllers, sizeof(o->controllers), NULL));
   PetscCall(PetscOptionsBool("-cost",
                              "Runs are weighed by their cost [us], not by their solves (rupture, injection, sequence)",
                              NULL, o->cost, &o->cost, NULL));

@@ -28,8 +28,8 @@ static PetscErrorCode ReadLayers(SlipH5 *h, const CMAOptions *o, PetscInt in, do
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of this problem, with these observations. The bounds of its steps and its scales become the trainer's; what the file says
-   of the dial beyond the problem's own is how far that was moved. */
+/* Of this problem, with these observations. The bounds of its steps and its scales become the trainer's; what the file
+   says of the dial beyond the problem's own is how far that was moved. */
 static PetscErrorCode Read(CMATrainer *t, SlipPolicy p, SlipH5 *h)
 {
   CMAOptions *o = &t->o;

@@ -50,17 +50,6 @@ PETSC_INTERN PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o,
 PETSC_INTERN PetscErrorCode CMATrainerRun(CMATrainer *t); /* to the end; writes policy, log and checkpoint */
 PETSC_INTERN PetscErrorCode CMATrainerDestroy(CMATrainer *t);
 
-/* ---- how good a policy is (cmavalid.c), on every rank ---- */
-
-/* Runs of a set's episodes; the policy sees the dial moved by shift, as CMAPolicy() says. */
-PETSC_INTERN PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const double weights[],
-                                        const PetscReal shift[2], CMAScore *score);
-/* Finds t->shift for t->best; t->score becomes that of the set. */
-PETSC_INTERN PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set);
-/* Says how many runs of fresh draws keep the dial, by thirds of its range, and with how many solves. what: begins the
-   line */
-PETSC_INTERN PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[]);
-
 /* ---- files (cmafiles.c, cmaread.c), by the first rank ---- */
 PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t, PetscBool unfinished);
 PETSC_INTERN PetscErrorCode CMACheckpointWrite(CMATrainer *t);

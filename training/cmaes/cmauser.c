@@ -29,27 +29,6 @@ PetscErrorCode CMATrain(MPI_Comm comm, const Problem *problem)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
-{
-  const struct {
-    const char *name;
-    PetscBool there;
-  } part[] = {{"name", p->name && p->name[0] ? PETSC_TRUE : PETSC_FALSE},
-              {"draw", p->draw ? PETSC_TRUE : PETSC_FALSE},
-              {"error", p->error ? PETSC_TRUE : PETSC_FALSE},
-              {"destroy", p->destroy ? PETSC_TRUE : PETSC_FALSE},
-              {"observations", p->observations && p->observations[0] ? PETSC_TRUE : PETSC_FALSE}};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(part); ++i)
-    PetscCheck(part[i].there, comm, PETSC_ERR_ARG_NULL, "SlipTrain(): the problem %s has no %s", p->name ? p->name : "",
-               part[i].name);
-  PetscCheck(p->dt_min > 0 && p->dt_max > p->dt_min, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "SlipTrain(): the steps of problem %s go from dt_min %g T* to dt_max %g T*, expected 0 < dt_min < dt_max",
-             p->name, (double)p->dt_min, (double)p->dt_max);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   SlipTrain - train a policy that chooses the steps of a problem of one's own, by CMA-ES
 
@@ -92,11 +71,25 @@ static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
 @*/
 PetscErrorCode SlipTrain(MPI_Comm comm, const SlipTrainProblem *problem)
 {
+  const struct {
+    const char *name;
+    PetscBool there;
+  } part[] = {{"name", problem->name && problem->name[0] ? PETSC_TRUE : PETSC_FALSE},
+              {"draw", problem->draw ? PETSC_TRUE : PETSC_FALSE},
+              {"error", problem->error ? PETSC_TRUE : PETSC_FALSE},
+              {"destroy", problem->destroy ? PETSC_TRUE : PETSC_FALSE},
+              {"observations", problem->observations && problem->observations[0] ? PETSC_TRUE : PETSC_FALSE}};
+
   PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipDeclareOptions("train_", names));
   PetscCall(SlipCheckOptionNames());
-  PetscCall(CheckProblem(comm, problem));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(part); ++i)
+    PetscCheck(part[i].there, comm, PETSC_ERR_ARG_NULL, "SlipTrain(): the problem %s has no %s",
+               problem->name ? problem->name : "", part[i].name);
+  PetscCheck(problem->dt_min > 0 && problem->dt_max > problem->dt_min, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "SlipTrain(): the steps of problem %s go from dt_min %g T* to dt_max %g T*, expected 0 < dt_min < dt_max",
+             problem->name, (double)problem->dt_min, (double)problem->dt_max);
   const Problem row = {.name = problem->name, .cma = &CMAUser, .user = problem};
 
   PetscCall(CMATrain(comm, &row));

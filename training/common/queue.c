@@ -27,15 +27,6 @@ PetscErrorCode QueueRaise(Queue *q, PetscMPIInt counter, int add, PetscInt *befo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode QueueYield(void)
-{
-  int flag;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, PETSC_COMM_WORLD, &flag, MPI_STATUS_IGNORE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode QueueDestroy(Queue *q)
 {
   PetscFunctionBegin;

@@ -10,6 +10,4 @@ typedef struct {
 
 PETSC_INTERN PetscErrorCode QueueCreate(MPI_Comm comm, PetscMPIInt n, Queue *q); /* n counters at 0; collective */
 PETSC_INTERN PetscErrorCode QueueRaise(Queue *q, PetscMPIInt counter, int add, PetscInt *before); /* its value before */
-/* For long work between calls of MPI: lets other ranks reach the counters. */
-PETSC_INTERN PetscErrorCode QueueYield(void);
-PETSC_INTERN PetscErrorCode QueueDestroy(Queue *q); /* collective */
+PETSC_INTERN PetscErrorCode QueueDestroy(Queue *q);                                               /* collective */

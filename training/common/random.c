@@ -2,18 +2,15 @@
 #include "random.h"
 #include <math.h>
 
-static uint64_t SplitMix64(uint64_t *x)
-{
-  uint64_t z = (*x += 0x9e3779b97f4a7c15u);
-
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
 void RandomSeed(Random *r, uint64_t seed)
 {
-  for (int i = 0; i < 4; ++i) r->s[i] = SplitMix64(&seed);
+  for (int i = 0; i < 4; ++i) { /* splitmix64 */
+    uint64_t z = (seed += 0x9e3779b97f4a7c15u);
+
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    r->s[i] = z ^ (z >> 31);
+  }
   r->spare = 0;
   r->has_spare = 0;
 }
@@ -23,11 +20,10 @@ static inline uint64_t Rotate(uint64_t x, int k)
   return (x << k) | (x >> (64 - k));
 }
 
-/* 64 random bits */
-static uint64_t Bits(Random *r)
+double RandomUniform(Random *r)
 {
   uint64_t *s = r->s;
-  const uint64_t result = Rotate(s[0] + s[3], 23) + s[0], t = s[1] << 17;
+  const uint64_t bits = Rotate(s[0] + s[3], 23) + s[0], t = s[1] << 17;
 
   s[2] ^= s[0];
   s[3] ^= s[1];
@@ -35,12 +31,7 @@ static uint64_t Bits(Random *r)
   s[0] ^= s[3];
   s[2] ^= t;
   s[3] = Rotate(s[3], 45);
-  return result;
-}
-
-double RandomUniform(Random *r)
-{
-  return (double)(Bits(r) >> 11) * 0x1.0p-53;
+  return (double)(bits >> 11) * 0x1.0p-53;
 }
 
 double RandomNormal(Random *r)

@@ -64,7 +64,7 @@ PETSC_INTERN PetscErrorCode LadderScoreSetting(Ladder *ladder, const char contro
                                                PetscReal accuracy, LadderScore *score);
 PETSC_INTERN void LadderScoreRuns(PetscInt n, const LadderRun run[], PetscReal accuracy, LadderScore *score);
 
-/* -train_algorithm tolerances (tolerances.c): the tolerance of every classical controller at which it keeps an accuracy,
-   on drawn episodes of a problem or a user's family: the file of -fault_tolerances. */
+/* -train_algorithm tolerances (tolerances.c): the tolerance of every classical controller at which it keeps an
+   accuracy, on drawn episodes of a problem or a user's family: the file of -fault_tolerances. */
 #define DIAL_CONTROLLERS "heuristic,pi,dsp,basic,pi:fault_history"
 PETSC_INTERN PetscErrorCode TolerancesRun(MPI_Comm comm, PetscInt *failed);

@@ -38,6 +38,7 @@ typedef struct {
   PetscBool stopped;
 } Environment;
 
+PETSC_INTERN PetscErrorCode RewardFind(const char name[], const Reward **row); /* -train_reward */
 PETSC_INTERN const char *ProblemPolicy(const Problem *p); /* the problem that its policies are for */
 PETSC_INTERN const Preset *ProblemPreset(const Problem *p, const char reward[]);
 PETSC_INTERN PetscErrorCode ProblemDraw(const Problem *p, Random *random, PetscReal drawn[]); /* [ndraw] */

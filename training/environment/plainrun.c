@@ -44,8 +44,8 @@ static void Drift(const PlainFault *p, double h, const double v[], double u[], d
   SlipFrictionStateDrift(&p->friction, p->n, h, speed, 1, s, work);
 }
 
-/* One explicit step, TSMOREAU's, of friction that does not depend on the rate, likewise; h at most PlainFaultLimit() [s]
-   */
+/* One explicit step, TSMOREAU's, of friction that does not depend on the rate, likewise; h at most PlainFaultLimit()
+   [s] */
 static PetscBool PlainFaultKick(PlainFault *p, double h)
 {
   const PetscInt n = p->n;

@@ -3,12 +3,28 @@
    The environment steps through runs and knows no problem. Public headers of the library only. */
 #pragma once
 #include "common/random.h"
-#include "reward.h"
 #include "sliptrain.h"
+#include <slipstep/rooms.h>
 
 #define ENV_MAX_OBS 16
 #define ENV_MAX_DRAW 12
 #define ENV_MAX_ERRORS 3
+
+/* What an attempted step is worth: rows of a table, chosen by -train_reward. Everything a reward may use. Costs are
+   those of -train_cost: Newton iterations or wall seconds. */
+typedef struct {
+  const SlipAttempt *attempt;
+  PetscReal dt_min, dt_max;           /* bounds of the action [s] */
+  PetscReal cost, cost_min, cost_max; /* of the attempt; running extrema over successful ones, this one included */
+  PetscReal alpha;                    /* weight of the error, -train_alpha */
+  PetscReal effect; /* weighted errors that the step leaves in the exact continuation, see Problem.judge_step */
+} RewardInput;
+
+typedef struct {
+  const char *name, *meaning;
+  PetscBool needs_continuation; /* effect */
+  PetscReal (*value)(const RewardInput *in);
+} Reward;
 
 typedef struct _Problem Problem;
 typedef struct _CMAProblem CMAProblem; /* cmaproblem.h */
@@ -33,7 +49,6 @@ typedef struct {
 
 /* One simulated instance. */
 typedef struct {
-  const Problem *problem;
   void *model; /* the problem's own: SlipFault, SlipModel */
   TS ts;
   Vec w;

@@ -10,7 +10,7 @@
 #define EVALUATE_ATTEMPT 5   /* columns of a cell's attempts: time, dt, accepted, error, converged */
 #define EVALUATE_PROFILES 96 /* depth profiles kept of a run */
 
-/* ---- options and cells (evaluateoptions.c, evaluatecells.c) ---- */
+/* ---- options and cells (evaluateoptions.c) ---- */
 
 #define EVALUATE_MAX 64 /* entries of a list option */
 
@@ -30,10 +30,9 @@ typedef struct {
   PetscReal sizes[EVALUATE_MAX];
   PetscInt meshes[EVALUATE_MAX];
   const char *controllers[EVALUATE_MAX];
-  TSBatheError errors[EVALUATE_MAX];
-  TSBatheReactionType reactions[EVALUATE_MAX];
-  PetscReal tolerances[EVALUATE_MAX]; /* factors of the problem's own */
-  PetscInt steps[EVALUATE_MAX];       /* constant steps of "none" */
+  PetscInt errors[EVALUATE_MAX], reactions[EVALUATE_MAX]; /* TSBatheError, TSBatheReactionType */
+  PetscReal tolerances[EVALUATE_MAX];                     /* factors of the problem's own */
+  PetscInt steps[EVALUATE_MAX];                           /* constant steps of "none" */
   PetscReal accuracies[EVALUATE_MAX]; /* wanted of policies that observe it, besides the controller's default */
   EvaluatePolicy *policies;
   PetscInt repetitions, max_attempts, spread, reference_steps;
@@ -61,10 +60,8 @@ typedef struct {
   ProblemCase *cases;
   EvaluateCell *cells;
 } EvaluateMatrix;
-PETSC_INTERN PetscErrorCode EvaluateMatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m);
-PETSC_INTERN PetscReal EvaluateSolveWeight(const ProblemCase *c); /* cost of one Bathe solve, a guess */
 
-/* ---- runs (evaluaterun.c) and their errors (evaluateerrors.c) ---- */
+/* ---- runs and their errors (evaluaterun.c) ---- */
 
 typedef struct {
   PetscInt steps;                 /* of the stored run, 0: exact */
@@ -114,4 +111,4 @@ PETSC_INTERN PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, cons
 
 /* ---- the work (evaluatework.c) ---- */
 
-PETSC_INTERN PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m);
+PETSC_INTERN PetscErrorCode EvaluateWork(EvaluateOptions *o);

@@ -16,8 +16,8 @@
 #define REFERENCE_ROWS 20000 /* kept of a reference at most */
 #define CELL_ROWS 2000       /* kept of a cell at most, for plots; its numbers come from all of them */
 
-/* A new group, in place of what an older run has left under its name. The lock ends with its process, also with one that
-   is killed; its file stays. */
+/* A new group, in place of what an older run has left under its name. The lock ends with its process, also with one
+   that is killed; its file stays. */
 static PetscErrorCode Begin(const EvaluateOptions *o, const ProblemCase *c, const char path[], SlipH5 *h, int *lock)
 {
   const SlipH5Kind kind = {.option = "evaluate_output"};

@@ -98,16 +98,12 @@ static PetscErrorCode Axes(EvaluateOptions *o, SlipOptionItems PetscOptionsObjec
                   "default all but basic",
                   ControllerNames, &o->ncontrollers, index));
   for (PetscInt i = 0; i < o->ncontrollers; i++) o->controllers[i] = ControllerNames[index[i]];
-  for (PetscInt i = 0; i < o->nerrors; i++) index[i] = (PetscInt)o->errors[i];
   PetscCall(Words(PetscOptionsObject, "-evaluate_errors",
                   "Error estimates: embedded, doubling, none (policies only); default embedded,doubling", TSBatheErrors,
-                  &o->nerrors, index));
-  for (PetscInt i = 0; i < o->nerrors; i++) o->errors[i] = (TSBatheError)index[i];
-  for (PetscInt i = 0; i < o->nreactions; i++) index[i] = (PetscInt)o->reactions[i];
+                  &o->nerrors, o->errors));
   PetscCall(Words(PetscOptionsObject, "-evaluate_reactions",
                   "Treatments of the reaction: trapezoidal, implicit (default both)", TSBatheReactionTypes,
-                  &o->nreactions, index));
-  for (PetscInt i = 0; i < o->nreactions; i++) o->reactions[i] = (TSBatheReactionType)index[i];
+                  &o->nreactions, o->reactions));
   PetscCall(Numbers(PetscOptionsObject, "-evaluate_tolerances",
                     "Factors of both tolerances of the problem (default 1); policies always run with 1",
                     &o->ntolerances, NULL, o->tolerances));

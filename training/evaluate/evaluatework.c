@@ -4,6 +4,126 @@
 #include "common/queue.h"
 #include <slipcompat.h>
 #include <petsctime.h>
+#include <stdio.h>
+
+/* ---- the cells of a matrix: every combination of the options that makes sense ---- */
+
+/* Of entries that a list has twice, the first counts. */
+static PetscErrorCode AddCase(const Problem *p, PetscReal size, PetscInt mesh, EvaluateMatrix *m)
+{
+  ProblemCase *c;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(PetscRealloc(sizeof(*c) * (size_t)(m->ncases + 1), &m->cases));
+  c = &m->cases[m->ncases++];
+  c->problem = p;
+  c->size = size;
+  c->mesh = mesh;
+  if (mesh)
+    snprintf(c->name, sizeof(c->name), "%s_%gkm_%dx%d", p->name, (double)size, (int)mesh, (int)mesh);
+  else
+    PetscCall(PetscStrncpy(c->name, p->name, sizeof(c->name)));
+  for (PetscInt i = 0; i < m->ncases - 1; i++) {
+    PetscCall(PetscStrcmp(m->cases[i].name, c->name, &same));
+    if (same) m->ncases--;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of one Bathe solve on one process, in units of about half a microsecond: it grows as N^1.3 with the number of
+   cells. */
+static PetscReal SolveWeight(const ProblemCase *c)
+{
+  return c->mesh ? PetscPowReal((PetscReal)(c->mesh * c->mesh), (PetscReal)1.3) : (PetscReal)40;
+}
+
+static PetscErrorCode AddCell(const EvaluateOptions *o, EvaluateMatrix *m, PetscInt instance, EvaluateCell cell)
+{
+  const ProblemCase *c = &m->cases[instance];
+  const PetscReal each = cell.error == TSBATHE_ERROR_DOUBLING ? 3 : 1;
+  PetscReal solves; /* a guess for the time left, nothing else */
+  char how[EVALUATE_NAME];
+  PetscBool same;
+
+  PetscFunctionBegin;
+  cell.instance = instance;
+  if (cell.accuracy > 0)
+    snprintf(how, sizeof(how), "rl_%.64s@%g", cell.policy->name, (double)cell.accuracy);
+  else if (cell.policy)
+    PetscCall(PetscSNPrintf(how, sizeof(how), "rl_%s", cell.policy->name));
+  else if (cell.steps)
+    PetscCall(PetscSNPrintf(how, sizeof(how), "none_%" PetscInt_FMT, cell.steps));
+  else
+    snprintf(how, sizeof(how), "%s_x%g", cell.controller, (double)cell.tolerance); /* PETSc's would write 1 as "1." */
+  PetscCall(PetscSNPrintf(cell.path, sizeof(cell.path), "/cells/%s/%s_%s_%s", c->name, how, TSBatheErrors[cell.error],
+                          TSBatheReactionTypes[cell.reaction]));
+  for (PetscInt i = 0; i < m->ncells; i++) {
+    PetscCall(PetscStrcmp(m->cells[i].path, cell.path, &same));
+    if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  solves = cell.steps    ? (PetscReal)cell.steps
+           : cell.policy ? 25 * each
+                         : (c->mesh ? 130 : 3000) * each * PetscPowReal(cell.tolerance, -1 / (PetscReal)3);
+  cell.weight = solves * SolveWeight(c) * (PetscReal)o->repetitions;
+  PetscCall(PetscRealloc(sizeof(cell) * (size_t)(m->ncells + 1), &m->cells));
+  m->cells[m->ncells++] = cell;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Constant steps need no estimate. Policies run with the tolerances they know. */
+static PetscErrorCode AddController(const EvaluateOptions *o, EvaluateMatrix *m, PetscInt instance,
+                                    const char controller[], TSBatheReactionType reaction)
+{
+  EvaluateCell cell = {.controller = controller, .reaction = reaction, .tolerance = 1, .error = TSBATHE_ERROR_NONE};
+  PetscBool none, learned, fits;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(controller, TSADAPTNONE, &none));
+  PetscCall(PetscStrcmp(controller, TSADAPTRL, &learned));
+  for (PetscInt i = 0; none && i < o->nsteps; i++) {
+    cell.steps = o->steps[i];
+    PetscCall(AddCell(o, m, instance, cell));
+  }
+  for (PetscInt e = 0; !none && e < o->nerrors; e++) {
+    cell.error = (TSBatheError)o->errors[e];
+    for (PetscInt i = 0; learned && i < o->npolicies; i++) {
+      cell.policy = &o->policies[i];
+      PetscCall(PetscStrcmp(cell.policy->problem, m->cases[instance].problem->name, &fits));
+      if (!fits && cell.policy->problem[0]) continue;
+      for (PetscInt k = 0; k <= (cell.policy->dial ? o->naccuracies : 0); k++) {
+        cell.accuracy = k ? o->accuracies[k - 1] : 0;
+        PetscCall(AddCell(o, m, instance, cell));
+      }
+    }
+    if (cell.error == TSBATHE_ERROR_NONE) continue;
+    for (PetscInt i = 0; !learned && i < o->ntolerances; i++) {
+      cell.tolerance = o->tolerances[i];
+      PetscCall(AddCell(o, m, instance, cell));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode MatrixCreate(const EvaluateOptions *o, EvaluateMatrix *m)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(m, sizeof(*m)));
+  for (PetscInt p = 0; p < o->nproblems; p++) {
+    if (!o->problems[p]->evaluation->meshes) PetscCall(AddCase(o->problems[p], 0, 0, m));
+    for (PetscInt k = 0; o->problems[p]->evaluation->meshes && k < o->nmeshes; k++)
+      for (PetscInt s = 0; s < o->nsizes; s++) PetscCall(AddCase(o->problems[p], o->sizes[s], o->meshes[k], m));
+  }
+  for (PetscInt i = 0; i < m->ncases; i++)
+    for (PetscInt k = 0; k < o->ncontrollers; k++)
+      for (PetscInt r = 0; r < o->nreactions; r++)
+        PetscCall(AddController(o, m, i, o->controllers[k], (TSBatheReactionType)o->reactions[r]));
+  PetscCheck(m->ncells, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+             "the matrix has no cells: -evaluate_controllers and -evaluate_errors leave nothing to run");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- one job ---- */
 
 /* A piece of work: the reference of a case (cell < 0) or a cell. */
 typedef struct {
@@ -27,8 +147,6 @@ typedef struct {
   EvaluateReference reference;
   PetscReal wall_setup;
 } Work;
-
-/* ---- one job ---- */
 
 static PetscErrorCode ReleaseJob(Work *w)
 {
@@ -193,26 +311,6 @@ static PetscErrorCode Look(const Work *w, PetscBool reference[], EvaluateState c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode AddReferences(Work *w, const PetscBool reference[], const PetscBool needed[])
-{
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < w->m->ncases; i++) {
-    const ProblemCase *c = &w->m->cases[i];
-
-    if (reference[i] || !needed[i]) continue;
-    PetscCheck(
-      w->o->reference_steps, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONGSTATE,
-      "-evaluate_reference_steps is 0, but %s has no reference of %s; expected one there, or a number of steps",
-      w->o->output, c->name);
-    w->jobs[w->njobs++] =
-      (Job){i, -1,
-            c->problem->evaluation->exact
-              ? (PetscReal)1e-3
-              : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(w->o, c) * EvaluateSolveWeight(c)};
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Summary(const Work *w, PetscInt before, const EvaluateState cell[])
 {
   PetscInt known = 0, bad = 0;
@@ -230,8 +328,9 @@ static PetscErrorCode Summary(const Work *w, PetscInt before, const EvaluateStat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
+PetscErrorCode EvaluateWork(EvaluateOptions *o)
 {
+  EvaluateMatrix matrix, *m = &matrix;
   Work w = {.o = o, .m = m, .instance = -1};
   PetscBool *reference, *needed;
   EvaluateState *cell, *now;
@@ -239,6 +338,7 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
+  PetscCall(MatrixCreate(o, m));
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &w.rank));
   PetscCall(PetscTime(&w.begin));
   PetscCall(PetscCalloc5(m->ncases, &reference, m->ncells, &cell, m->ncells, &now, m->ncases, &needed,
@@ -267,7 +367,19 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
                             "%s: %" PetscInt_FMT " cells were made with other files of their policies' names and are "
                             "made anew\n",
                             o->output, outdated));
-    PetscCall(AddReferences(&w, reference, needed));
+    for (PetscInt i = 0; i < m->ncases; i++) {
+      const ProblemCase *c = &m->cases[i];
+
+      if (reference[i] || !needed[i]) continue;
+      PetscCheck(
+        o->reference_steps, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONGSTATE,
+        "-evaluate_reference_steps is 0, but %s has no reference of %s; expected one there, or a number of steps",
+        o->output, c->name);
+      w.jobs[w.njobs++] = (Job){i, -1,
+                                c->problem->evaluation->exact
+                                  ? (PetscReal)1e-3
+                                  : (PetscReal)1.5 * (PetscReal)EvaluateReferenceSteps(o, c) * SolveWeight(c)};
+    }
     for (PetscInt i = 0; i < w.njobs; i++) w.total += w.jobs[i].weight;
     if (w.njobs) PetscCall(WorkThrough(&w)); /* cells need them */
     for (PetscInt i = 0; i < w.njobs; i++) w.before += w.jobs[i].weight;
@@ -281,5 +393,7 @@ PetscErrorCode EvaluateWork(EvaluateOptions *o, EvaluateMatrix *m)
     PetscCall(Summary(&w, before, cell));
   }
   PetscCall(PetscFree5(reference, cell, now, needed, w.jobs));
+  PetscCall(PetscFree(m->cases));
+  PetscCall(PetscFree(m->cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

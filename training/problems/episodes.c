@@ -1,6 +1,5 @@
 /* Episodes, see episodes.h. */
 #include "episodes.h"
-#include "runs/runs.h"
 #include <math.h>
 #include <slipcompat.h>
 
@@ -30,18 +29,6 @@ static PetscErrorCode Follow(Episode *e, PetscReal t, PetscReal slip, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* RMS of the distance of slips s[i stride] over that of the reference's slips */
-static PetscReal FieldError(const Episode *e, const PetscReal s[], PetscInt stride)
-{
-  PetscReal gap = 0, size = 0;
-
-  for (PetscInt i = 0; i < e->plain.n; ++i) {
-    gap += PetscSqr(s[i * stride] - e->field[i]);
-    size += PetscSqr(e->field[i]);
-  }
-  return PetscSqrtReal(gap / size);
-}
-
 static PetscBool AtEnd(const Episode *e, PetscReal t)
 {
   return t >= e->tmax * (1 - 1e-10) ? PETSC_TRUE : PETSC_FALSE;
@@ -60,7 +47,7 @@ PetscErrorCode EpisodeFollow(Episode *e, PetscReal t, Vec w)
     rate += 3 * PetscAbsScalar(a[i]) / (PetscReal)n;
     slip += 3 * PetscRealPart(a[i + 2]) / (PetscReal)n;
   }
-  if (AtEnd(e, t)) e->field_error = FieldError(e, a + 2, 3);
+  if (AtEnd(e, t)) e->field_error = RunFieldError(e->plain.n, a + 2, 3, e->field);
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCall(Follow(e, t, slip, rate));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -95,7 +82,7 @@ static PetscErrorCode MeasurePlain(const PlainFault *p, double time, void *ctx)
 
   PetscFunctionBegin;
   Means(p, &slip, &rate);
-  if (AtEnd(e, time)) e->field_error = FieldError(e, p->s, 1);
+  if (AtEnd(e, time)) e->field_error = RunFieldError(p->n, p->s, 1, e->field);
   PetscCall(Follow(e, time, slip, rate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -365,31 +352,34 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without objects, from the start on */
-static PetscErrorCode RunPlain(Episode *e, PlainPolicy *p, PetscReal accuracy, const SlipMethodCosts *costs,
-                               PetscInt most, PlainTotals *totals, EpisodeResult *result)
+/* Without objects, from the start on, if that knows what the policy observes */
+static PetscErrorCode RunPlain(Episode *e, SlipPolicy policy, PetscReal accuracy, const SlipMethodCosts *costs,
+                               EpisodeResult *result, PetscBool *known)
 {
+  PlainTotals totals;
+  PlainPolicy p;
+
   PetscFunctionBegin;
+  PetscCall(PlainPolicyStart(policy, NULL, &p, known));
+  if (!*known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Forget(e));
   PlainFaultSetState(&e->plain, e->plain_start);
-  PetscCall(PlainRun(&e->plain, p, accuracy, e->tmax, costs, most, MeasurePlain, e, totals));
-  EpisodeConclude(e, totals->attempts, totals->accepted, result);
+  PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, costs, costs ? EPISODE_MAX_EXPLICIT : EPISODE_MAX_STEPS,
+                     MeasurePlain, e, &totals));
+  EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  if (costs) result->solves = (PetscInt)PetscCeilReal((PetscReal)totals.products);
+  result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
-  Episode *e = (Episode *)episode;
-  PlainTotals totals;
-  PlainPolicy p;
   PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PlainPolicyStart(policy, NULL, &p, &known));
-  if (known)
-    PetscCall(RunPlain(e, &p, accuracy, NULL, EPISODE_MAX_STEPS, &totals, result));
-  else
-    PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
+  PetscCall(RunPlain((Episode *)episode, policy, accuracy, NULL, result, &known));
+  if (known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(EpisodeRunLibrary((Episode *)episode, policy, accuracy, result));
   result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -397,20 +387,15 @@ PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, 
 PetscErrorCode EpisodeRunProducts(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
   Episode *e = (Episode *)episode;
-  PlainTotals totals;
-  PlainPolicy p;
   PetscBool known;
 
   PetscFunctionBegin;
-  PetscCall(PlainPolicyStart(policy, NULL, &p, &known));
+  e->plain.omega = e->fineness * e->omega;
+  PetscCall(RunPlain(e, policy, accuracy, &e->costs, result, &known));
+  e->plain.omega = 0;
   PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-train_problem fault_products has no residuals and no error estimates of all components: expected "
              "-train_observations that do not read them");
-  e->plain.omega = e->fineness * e->omega;
-  PetscCall(RunPlain(e, &p, accuracy, &e->costs, EPISODE_MAX_EXPLICIT, &totals, result));
-  e->plain.omega = 0;
-  result->solves = (PetscInt)PetscCeilReal((PetscReal)totals.products);
-  result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,10 +3,8 @@
    depends on its seed only, not on others or on ranks. Public headers of the library only. */
 #pragma once
 #include "problems.h"
-#include "environment/cmaproblem.h"
-#include "environment/family.h"
 #include "environment/plainfault.h"
-#include "common/table.h"
+#include "runs/runs.h"
 #include <slipstep/rooms.h>
 
 #define EPISODE_MAX_CELLS 144 /* of a drawn mesh, 12 x 12 */
@@ -36,12 +34,7 @@ PETSC_INTERN void FaultDrawAtRandom(Random *random, PetscInt side, FaultDraw *dr
 /* As a user's file says; draw borrows its texts. side: at most so many cells along an edge, 1: one cell */
 PETSC_INTERN PetscErrorCode FaultDrawOfFamily(const Family *family, Random *random, PetscInt side, FaultDraw *draw);
 
-/* A course of slip: rows of SlipCourseNode */
 enum { COURSE_WIDTH = 3 };
-static inline const SlipCourseNode *CourseNodes(const Table *path)
-{
-  return (const SlipCourseNode *)path->data;
-}
 
 /* Of a drawn fault; a user's problem has user and instance, ts, w and times in place of a fault */
 typedef struct {

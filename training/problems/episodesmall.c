@@ -32,7 +32,6 @@ PetscErrorCode EpisodeSmallCreate(const EnvOptions *o, uint64_t seed, EpisodeSma
   RandomSeed(&random, seed);
   PetscCall(EnvInstanceCreate(&small->env.o, &random, PETSC_TRUE, &small->instance));
   PetscCall(o->problem->create(&small->env.o, &small->instance, &small->run));
-  small->run.problem = o->problem;
   model = (SlipModel)small->run.model;
   p = &small->plain;
   *p = (PlainSmall){.n = model->ops->n,

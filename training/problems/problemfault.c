@@ -1,8 +1,7 @@
 /* The fault as a problem to train on: instances drawn at random or taken from the options, and their exact
    continuation. */
 #include "problems.h"
-#include "common/table.h"
-#include "environment/environment.h"
+#include "runs/runs.h"
 #include <slipstep/rooms.h>
 #include <slipcompat.h>
 
@@ -72,30 +71,28 @@ static PetscBool Drawable(const PetscReal value[])
 static PetscErrorCode Create(const EnvOptions *o, const EnvInstance *instance, EnvRun *run)
 {
   const PetscReal *v = instance->value;
-  const struct {
-    const char *name;
-    PetscReal value;
-  } row[] = {{"nx", 1},
-             {"nz", 1},
-             {"length_x", v[DRAW_LENGTH]},
-             {"length_z", v[DRAW_LENGTH]},
-             {"thickness", v[DRAW_LENGTH] * v[DRAW_THICKNESS]},
-             {"shear_modulus", SHEAR_MODULUS},
-             {"friction_slip", v[DRAW_SLIP]},
-             {"friction_drop", v[DRAW_DROP]},
-             {"friction_residual", v[DRAW_RESIDUAL]},
-             {"damping_ratio", v[DRAW_DAMPING]},
-             {"normal_stress", v[DRAW_STRESS]},
-             {"normal_stress_gradient", 0}};
+  const RunOption row[] = {{"nx", 1, NULL},
+                           {"nz", 1, NULL},
+                           {"length_x", v[DRAW_LENGTH], NULL},
+                           {"length_z", v[DRAW_LENGTH], NULL},
+                           {"thickness", v[DRAW_LENGTH] * v[DRAW_THICKNESS], NULL},
+                           {"shear_modulus", SHEAR_MODULUS, NULL},
+                           {"friction_slip", v[DRAW_SLIP], NULL},
+                           {"friction_drop", v[DRAW_DROP], NULL},
+                           {"friction_residual", v[DRAW_RESIDUAL], NULL},
+                           {"damping_ratio", v[DRAW_DAMPING], NULL},
+                           {"normal_stress", v[DRAW_STRESS], NULL},
+                           {"normal_stress_gradient", 0, NULL}};
   SlipFault fault;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   run->model = fault;
   PetscCall(SlipFaultSetString(fault, "stiffness_scaling", FAULT_SCALING));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && instance->drawn; ++i)
-    PetscCall(SlipFaultSetReal(fault, row[i].name, row[i].value));
-  if (!instance->drawn) PetscCall(SlipFaultSetFromOptions(fault));
+  if (instance->drawn)
+    PetscCall(RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(row), row));
+  else
+    PetscCall(SlipFaultSetFromOptions(fault));
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultGetTimeScale(fault, &run->tstar));
   PetscCall(SlipFaultCreateState(fault, &run->w));

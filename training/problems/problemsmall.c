@@ -3,7 +3,7 @@
    that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these errors bounds
    that of the run. */
 #include "problems.h"
-#include "environment/smallerrors.h"
+#include "environment/plainsmall.h"
 #include <slipstep/rooms/slipmodels.h>
 #include <slipcompat.h>
 

@@ -1,5 +1,5 @@
-/* Small faults that slip under a pore pressure alone (train -train_algorithm tolerances -train_problem injection), drawn
-   at random: the problem by which tolerances of injections are measured. */
+/* Small faults that slip under a pore pressure alone (train -train_algorithm tolerances -train_problem injection),
+   drawn at random: the problem by which tolerances of injections are measured. */
 #define _POSIX_C_SOURCE 200809L /* mkdtemp() */
 #include "runs.h"
 #include <slipcompat.h>
@@ -26,7 +26,7 @@ static const PetscInt Planes[][2] = {{8, 8}, {10, 8}, {12, 10}, {16, 12}};
 
 typedef struct {
   PetscInt nx, nz;
-  double side, peak;                                        /* [m]; largest pressure [Pa] */
+  double side, peak, excess; /* [m]; largest pressure [Pa]; of strength over stress, over the peak's effect */
   double source[2], reach, diffusivity;                     /* x, z [cells]; how far pressure goes [m]; [m^2/s] */
   double end, stop;                                         /* of the run, of the injection; 0: never [s] */
   double time[MAX_CORNERS + 1], amplitude[MAX_CORNERS + 1]; /* of a record; of ramps, over the peak */
@@ -77,10 +77,7 @@ static void DrawPressure(Random *random, PetscBool strip, double stress, Draw *d
   d->reach = 0.5 * width * RandomLog(random, 0.3, 1.2);
   d->diffusivity = d->reach * d->reach / (4 * (d->stop > 0 ? d->stop : d->end));
   d->peak = stress * RandomLog(random, 0.05, 0.6);
-}
-
-static void DrawSource(Random *random, Draw *d)
-{
+  d->excess = RandomLog(random, 0.03, 0.5);
   d->source[0] = (0.25 + 0.5 * RandomUniform(random)) * (double)d->nx;
   d->source[1] = (0.25 + 0.5 * RandomUniform(random)) * (double)d->nz;
   if (d->nx == 1) d->source[0] = 0.5;
@@ -206,13 +203,10 @@ PetscErrorCode InjectionDraw(RunEpisode *e, Random *random)
                thickness = RandomLog(random, 0.3, 1) * d.side * (double)PetscMax(d.nx, d.nz),
                kind = RandomUniform(random);
   const PetscBool half_space = RandomUniform(random) < 0.3 && !strip ? PETSC_TRUE : PETSC_FALSE;
-  double excess; /* of strength over stress, over the peak's effect */
   PetscReal *stress;
 
   PetscFunctionBegin;
   DrawPressure(random, strip, normal, &d);
-  excess = RandomLog(random, 0.03, 0.5);
-  DrawSource(random, &d);
   const RunOption rows[] = {
     {"length_x", (strip ? STRIP_LENGTH * (double)d.nz : (double)d.nx) * d.side, NULL},
     {"depth_top", DEPTH, NULL},
@@ -236,7 +230,7 @@ PetscErrorCode InjectionDraw(RunEpisode *e, Random *random)
   RunDrawField(random, d.nx, d.nz, length, stress);
   for (PetscInt i = 0; i < n; i++)
     stress[i] =
-      (PetscReal)(FRICTION * (normal - excess * d.peak * PetscMax(1 + scatter * (double)stress[i], LEAST_EXCESS)));
+      (PetscReal)(FRICTION * (normal - d.excess * d.peak * PetscMax(1 + scatter * (double)stress[i], LEAST_EXCESS)));
   PetscCall(SlipFaultSetField(e->fault, "initial_traction", n, stress));
   PetscCall(PetscFree(stress));
   if (d.kind == PRESSURE_SOURCE) {
@@ -263,8 +257,9 @@ PetscErrorCode InjectionDraw(RunEpisode *e, Random *random)
 static PetscErrorCode Compare(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error)
 {
   PetscFunctionBegin;
-  errors[SLIP_ERROR_HISTORY] = SlipCourseLevy(r->course.n, RunNodes(r), e->reference.course.n, RunNodes(&e->reference));
-  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, e->reference.slip);
+  errors[SLIP_ERROR_HISTORY] =
+    SlipCourseLevy(r->course.n, CourseNodes(&r->course), e->reference.course.n, CourseNodes(&e->reference.course));
+  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, 1, e->reference.slip);
   errors[SLIP_ERROR_SHIFT] = RunPassedError(e, r, e->end);
   *error = PetscMax(PetscMax(errors[SLIP_ERROR_HISTORY], errors[SLIP_ERROR_FIELD]), errors[SLIP_ERROR_SHIFT]);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -8,6 +8,12 @@
 
 enum { RUN_EVENTS = 6 }; /* of a run that are kept */
 
+/* A course of slip: rows of SlipCourseNode */
+static inline const SlipCourseNode *CourseNodes(const Table *course)
+{
+  return (const SlipCourseNode *)course->data;
+}
+
 /* What a run leaves. A kind fills what it needs. */
 typedef struct {
   Table course;                        /* rows of SlipCourseNode, of mean slip and rate */
@@ -97,9 +103,8 @@ PETSC_INTERN PetscErrorCode RunResultDestroy(RunResult *r);
 /* What it took and its errors; done 0: it did not end */
 PETSC_INTERN PetscErrorCode RunEpisodeRun(RunEpisode *e, SlipPolicy policy, TSAdaptType type, PetscReal setting,
                                           EpisodeResult *result);
-PETSC_INTERN const SlipCourseNode *RunNodes(const RunResult *r);
-/* Root mean square difference of the cells' slips, relative */
-PETSC_INTERN PetscReal RunFieldError(PetscInt n, const PetscReal slip[], const PetscReal reference[]);
+/* Root mean square difference of the cells' slips, slip[i stride], relative */
+PETSC_INTERN PetscReal RunFieldError(PetscInt n, const PetscReal slip[], PetscInt stride, const PetscReal reference[]);
 /* RMS over the cells that passed their level in the reference of the error of the time, over span; a cell that did in
    one of the two alone counts as 1. Cells whose final slip is close to their level are left to the error of the
    field. */

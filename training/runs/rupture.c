@@ -69,8 +69,9 @@ static PetscErrorCode DrawRupture(RunEpisode *e, Random *random)
 static PetscErrorCode Compare(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error)
 {
   PetscFunctionBegin;
-  SlipCourseCompare(r->course.n, RunNodes(r), e->reference.course.n, RunNodes(&e->reference), errors);
-  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, e->reference.slip);
+  SlipCourseCompare(r->course.n, CourseNodes(&r->course), e->reference.course.n, CourseNodes(&e->reference.course),
+                    errors);
+  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, 1, e->reference.slip);
   *error = PetscMax(SlipMeasureOf(&SlipMeasures[0], errors), RunPassedError(e, r, e->span));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -93,7 +94,7 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   coarse.end = LONGEST * tstar;
   PetscCall(RunIntegrate(e, &coarse, &r));
   for (PetscInt i = 0; i < e->n; i++) broken += r.passed[i] >= 0 ? 1 : 0;
-  tight.end = e->end = RunNodes(&r)[r.course.n - 1].time * e->margin;
+  tight.end = e->end = CourseNodes(&r.course)[r.course.n - 1].time * e->margin;
   e->usual = r.solves;
   e->work = r.work;
   *good = (r.good || r.course.n > COARSE_STEPS) && (PetscReal)broken >= LEAST_BROKEN * (PetscReal)e->n ? PETSC_TRUE
@@ -103,8 +104,8 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   PetscCall(RunIntegrate(e, &tight, reference));
   *good = reference->good;
   if (*good)
-    e->span = SlipCourseTime(reference->course.n, RunNodes(reference), (PetscReal)0.9) -
-              SlipCourseTime(reference->course.n, RunNodes(reference), (PetscReal)0.1);
+    e->span = SlipCourseTime(reference->course.n, CourseNodes(&reference->course), (PetscReal)0.9) -
+              SlipCourseTime(reference->course.n, CourseNodes(&reference->course), (PetscReal)0.1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

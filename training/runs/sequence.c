@@ -225,7 +225,7 @@ static SlipCourseNode NodeAt(PetscInt n, const SlipCourseNode node[], PetscReal 
 /* The time in which the mean slip of the event goes from a tenth to nine tenths of its way [s] */
 static PetscErrorCode Rise(const RunResult *r, PetscReal *rise)
 {
-  const SlipCourseNode *all = RunNodes(r);
+  const SlipCourseNode *all = CourseNodes(&r->course);
   SlipCourseNode *node;
   PetscInt n = 1;
 
@@ -264,9 +264,9 @@ static PetscErrorCode Compare(const RunEpisode *base, const RunResult *r, PetscR
   error[SEGMENT_ERROR_SLIP] = PetscSqrtReal(sum) / e->size;
   error[SEGMENT_ERROR_MOMENT] = PetscAbsReal(mean) / e->mean;
   error[SEGMENT_ERROR_DURATION] = PetscAbsReal(rise / of_reference - 1);
-  error[SEGMENT_ERROR_PEAK] =
-    PEAK_SHARE *
-    PetscAbsReal(SlipCoursePeak(r->course.n, RunNodes(r)) / SlipCoursePeak(ref->course.n, RunNodes(ref)) - 1);
+  error[SEGMENT_ERROR_PEAK] = PEAK_SHARE * PetscAbsReal(SlipCoursePeak(r->course.n, CourseNodes(&r->course)) /
+                                                          SlipCoursePeak(ref->course.n, CourseNodes(&ref->course)) -
+                                                        1);
   *most = 0;
   for (PetscInt i = 0; i < SEGMENT_NUM_ERRORS; i++) *most = PetscMax(*most, error[i]);
   *most = PetscMin(*most, 1);

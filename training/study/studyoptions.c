@@ -188,12 +188,34 @@ static PetscErrorCode ParseAgent(TrainOptions *o, SlipOptionItems PetscOptionsOb
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The lists of a sweep: every alpha with every seed */
-static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsObject)
+PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
 {
-  PetscBool set;
+  PetscReal steps = 20000, checkpoint = 5000;
+  const NumberOption row[] = {
+    OPTION_INTEGER("-train_progress", "Steps from one progress line to the next, 0: quiet", &o->progress, 0,
+                   PETSC_MAX_REAL),
+    OPTION_INTEGER("-train_evaluate_interval",
+                   "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
+                   &o->evaluate_interval, 0, PETSC_MAX_REAL),
+    OPTION_COUNT("-train_evaluate_episodes", "Episodes of an evaluation, the same faults each time",
+                 &o->evaluate_episodes),
+    OPTION_REAL("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", &checkpoint, 0,
+                PETSC_MAX_INT)};
+  PetscReal unused;
+  PetscBool given, set;
 
   PetscFunctionBegin;
+  PetscCall(PetscMemzero(o, sizeof(*o)));
+  o->progress = 1000;
+  o->evaluate_episodes = 32;
+  PetscOptionsBegin(comm, NULL, "Training a step-size policy", "train");
+  PetscCall(SlipCheckNumberOption(comm, NULL, NULL, "-train_steps", PETSC_FALSE, &given, &unused));
+  PetscCall(PetscOptionsReal("-train_steps", "Environment steps (attempts), in total with those of -train_resume", NULL,
+                             steps, &steps, NULL));
+  PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
+             (double)steps);
+  o->steps = (PetscInt64)steps;
+  /* the lists of a sweep: every alpha with every seed */
   o->nalpha = o->nseed = TRAIN_MAX_LIST;
   o->alphas[0] = 1;
   o->seeds[0] = 0;
@@ -213,37 +235,6 @@ static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsOb
   }
   o->env.alpha = o->alphas[0];
   o->seed = o->seeds[0];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
-{
-  PetscReal steps = 20000, checkpoint = 5000;
-  const NumberOption row[] = {
-    OPTION_INTEGER("-train_progress", "Steps from one progress line to the next, 0: quiet", &o->progress, 0,
-                   PETSC_MAX_REAL),
-    OPTION_INTEGER("-train_evaluate_interval",
-                   "Steps between evaluations of the policy without noise; the best one is written. 0: write the last",
-                   &o->evaluate_interval, 0, PETSC_MAX_REAL),
-    OPTION_COUNT("-train_evaluate_episodes", "Episodes of an evaluation, the same faults each time",
-                 &o->evaluate_episodes),
-    OPTION_REAL("-train_checkpoint_interval", "Steps between checkpoints, 0: only at the end", &checkpoint, 0,
-                PETSC_MAX_INT)};
-  PetscReal unused;
-  PetscBool given;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMemzero(o, sizeof(*o)));
-  o->progress = 1000;
-  o->evaluate_episodes = 32;
-  PetscOptionsBegin(comm, NULL, "Training a step-size policy", "train");
-  PetscCall(SlipCheckNumberOption(comm, NULL, NULL, "-train_steps", PETSC_FALSE, &given, &unused));
-  PetscCall(PetscOptionsReal("-train_steps", "Environment steps (attempts), in total with those of -train_resume", NULL,
-                             steps, &steps, NULL));
-  PetscCheck(steps >= 1 && steps < 1e12, comm, PETSC_ERR_ARG_OUTOFRANGE, "-train_steps %g must be positive",
-             (double)steps);
-  o->steps = (PetscInt64)steps;
-  PetscCall(ParseSweep(o, PetscOptionsObject));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   o->checkpoint_interval = (PetscInt)checkpoint;
   PetscCall(ParseEnvironment(&o->env, PetscOptionsObject));

@@ -1,5 +1,5 @@
-/* The TQC agent: its networks and its life, its gradient step, its actions. It explores by noise that is a linear function
-   of the actor's last hidden layer (generalised state-dependent exploration), squashed by tanh. */
+/* The TQC agent: its networks and its life, its gradient step, its actions. It explores by noise that is a linear
+   function of the actor's last hidden layer (generalised state-dependent exploration), squashed by tanh. */
 #include "tqc.h"
 #include <slipcompat.h>
 
@@ -197,8 +197,8 @@ static void ActorGradients(TQC *t, Scalar alpha)
   }
 }
 
-/* In the order of sb3-contrib: entropy coefficient, critics, actor, target critics. alpha is that before its own update:
-   the same in the targets and the actor's loss. */
+/* In the order of sb3-contrib: entropy coefficient, critics, actor, target critics. alpha is that before its own
+   update: the same in the targets and the actor's loss. */
 void TQCUpdate(TQC *t, const Batch *batch, const Scalar eps[], Losses *losses)
 {
   const PetscInt B = t->o.batch;

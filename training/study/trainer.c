@@ -2,7 +2,6 @@
    at the end. */
 #include "trainer.h"
 #include "common/files.h"
-#include "common/queue.h"
 #include <slipcompat.h>
 #include <petsctime.h>
 
@@ -107,10 +106,12 @@ static PetscErrorCode AfterEpisode(Trainer *t, const EnvResult *r, PetscInt64 *s
 {
   const Losses *l = &t->agent.losses;
   PetscLogDouble now;
+  int flag;
 
   PetscFunctionBegin;
   t->episodes++;
-  PetscCall(QueueYield());
+  /* lets other ranks reach the counters of a sweep */
+  PetscCallMPI(MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, PETSC_COMM_WORLD, &flag, MPI_STATUS_IGNORE));
   PetscCall(TrainLogEpisode(t, r));
   if (t->o.progress && (t->agent.steps - *shown >= t->o.progress || t->agent.steps >= t->o.steps)) {
     PetscCall(PetscTime(&now));

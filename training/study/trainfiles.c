@@ -1,5 +1,5 @@
-/* The files of a training: the policy; checkpoints of networks, optimisers, buffer, random numbers and counters, so that
-   training goes on bit by bit; the learning curve. */
+/* The files of a training: the policy; checkpoints of networks, optimisers, buffer, random numbers and counters, so
+   that training goes on bit by bit; the learning curve. */
 #include "trainer.h"
 #include "common/files.h"
 #include "problems/problems.h"
@@ -141,26 +141,11 @@ PetscErrorCode CheckpointWrite(Trainer *t, const char file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadBuffer(SlipH5 *h, Replay *r)
-{
-  const PetscInt want[2] = {(PetscInt)r->size, ReplayWidth(r)};
-  PetscReal *data;
-  PetscInt dims[2];
-
-  PetscFunctionBegin;
-  PetscCheck(r->size >= 0 && r->size <= r->capacity, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "-train_resume %s: /buffer has %" PetscInt64_FMT " rows, expected at most -train_buffer %" PetscInt64_FMT,
-             h->name, r->size, r->capacity);
-  PetscCall(SlipH5ReadRealSized(h, "/buffer", 2, want, "rows as /counters says", dims, &data));
-  for (PetscInt i = 0; i < dims[0] * dims[1]; ++i) r->data[i] = (Scalar)data[i];
-  r->next = r->size % r->capacity == 0 ? r->next % r->capacity : r->size;
-  PetscCall(PetscFree(data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CheckpointRead(Trainer *t, const char file[])
 {
   char algorithm[64] = "tqc"; /* the first checkpoints had no algorithm */
+  Replay *r = &t->agent.replay;
+  PetscInt dims[2];
   PetscBool has, same;
   SlipH5 h;
   LearnerState s;
@@ -190,10 +175,20 @@ PetscErrorCode CheckpointRead(Trainer *t, const char file[])
   PetscCall(ReadRandom(&h, "/random/agent", &t->agent.random));
   PetscCall(ReadRandom(&h, "/random/instances", &t->instances));
   if (t->o.transfer) { /* of another instance, of which its transitions and evaluations say nothing */
-    t->agent.replay.size = t->agent.replay.next = 0;
+    r->size = r->next = 0;
     t->best = -PETSC_MAX_REAL;
-  } else
-    PetscCall(ReadBuffer(&h, &t->agent.replay));
+  } else {
+    const PetscInt want[2] = {(PetscInt)r->size, ReplayWidth(r)};
+
+    PetscCheck(r->size >= 0 && r->size <= r->capacity, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "-train_resume %s: /buffer has %" PetscInt64_FMT
+               " rows, expected at most -train_buffer %" PetscInt64_FMT,
+               h.name, r->size, r->capacity);
+    PetscCall(SlipH5ReadRealSized(&h, "/buffer", 2, want, "rows as /counters says", dims, &x));
+    for (PetscInt i = 0; i < dims[0] * dims[1]; ++i) r->data[i] = (Scalar)x[i];
+    r->next = r->size % r->capacity == 0 ? r->next % r->capacity : r->size;
+    PetscCall(PetscFree(x));
+  }
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
