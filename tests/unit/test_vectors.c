@@ -295,15 +295,13 @@ static PetscErrorCode Approximation(Mat B, Mat *A)
 }
 
 /* Newton's steps with B / (1 - 0.05) for B, on models of the stage: each leaves about 0.05 of the residual, and the
-   solution is that of B, 1e-8 for stages with a condition number of up to 1e2. Solutions of the models take no products
-   with B: from 1 to 1e-15 are 12.3 of them, and some evaluate the start, the last and its betters. One of 0.9 is given up
-   after four. */
+   solution is that of B, 1e-8 for stages with a condition number of up to 1e2. One of 0.9 is given up after four. */
 static void approximate_operator(void **state)
 {
   for (int law = 0; law < 2 * VECTORS_LAWS; law++)
     for (PetscReal theta = 0.01; theta < 200; theta *= 100) {
       PetscBool unused;
-      PetscInt its, before;
+      PetscInt its;
       PetscReal size;
       VectorsNumbers s;
       Vectors p;
@@ -317,10 +315,8 @@ static void approximate_operator(void **state)
       ok(MatScale(A, 1 / (1 - 0.05)));
       ok(PetscObjectCompose((PetscObject)p.l.B, "A", (PetscObject)A));
       ok(PetscObjectComposeFunction((PetscObject)p.l.B, "MatSlipGetApproximation_C", Approximation));
-      before = p.l.products;
       assert_true(Solve(&p, SNESSEMISMOOTH, PETSC_TRUE, 1e-6, &y, &f, &its, &unused));
       assert_true(its <= 16);
-      assert_true(p.l.products - before <= its + 4);
       assert_true(Distance(x, y, &size) <= 1e-8 * size);
       ObjectsDestroy(&y, &f);
       ok(MatScale(A, (1 - 0.05) / (1 - 0.9)));
