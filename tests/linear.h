@@ -32,3 +32,15 @@ static inline PetscErrorCode LinearBound(SlipConstraint con, Vec x, Vec q, Vec d
   if (dq) PetscCall(VecZeroEntries(dq));
   return PETSC_SUCCESS;
 }
+
+/* A solver of the type for stages of a constraint, with linear systems of up to so many rows direct, others by Krylov's
+   methods */
+static inline PetscErrorCode CreateSolver(SlipConstraint con, SNESType type, const char direct_max[], SNES *snes)
+{
+  PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
+  PetscCall(SNESCreate(PetscObjectComm((PetscObject)con), snes));
+  PetscCall(SNESSetType(*snes, type));
+  PetscCall(SNESSetSlipConstraint(*snes, con));
+  PetscCall(SNESSetFromOptions(*snes));
+  return PetscOptionsClearValue(NULL, "-snes_slip_direct_max");
+}

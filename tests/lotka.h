@@ -26,13 +26,8 @@ static void Make(TS *ts, Vec *u, const char type[], PetscReal dt)
   ok(VecCreateSeq(PETSC_COMM_SELF, 2, u));
   ok(VecSetValues(*u, 2, (const PetscInt[]){0, 1}, (const PetscScalar[]){2, 0.5}, INSERT_VALUES));
   ok(VecAssemble(*u));
-  ok(TSCreate(PETSC_COMM_SELF, ts));
+  *ts = MakeTS(type, dt, END);
   ok(TSSetProblemType(*ts, TS_NONLINEAR));
-  ok(TSSetType(*ts, type));
   ok(TSSetRHSFunction(*ts, NULL, Rate, NULL));
-  ok(TSSetTimeStep(*ts, dt));
-  ok(TSSetMaxTime(*ts, END));
-  ok(TSSetMaxSteps(*ts, 1000000));
-  ok(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_MATCHSTEP));
   evaluations = 0;
 }

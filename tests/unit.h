@@ -46,6 +46,12 @@ static inline void AssertNear(PetscReal value, PetscReal reference, PetscReal al
     fail_msg("%.15g, expected %.15g, off by %g", (double)value, (double)reference, (double)(value - reference));
 }
 
+#define AssertLess(a, b) AssertOrder(a, b, #a " < " #b)
+static inline void AssertOrder(PetscReal a, PetscReal b, const char claim[])
+{
+  if (!(a < b)) fail_msg("%s: %.15g and %.15g", claim, (double)a, (double)b);
+}
+
 /* Vectors, in this norm; value becomes the difference. */
 static inline void AssertVecNear(Vec value, Vec reference, NormType norm, PetscReal allowed)
 {
@@ -63,6 +69,20 @@ static inline void AssertVecClose(Vec value, Vec reference, NormType norm, Petsc
 
   ok(VecNorm(reference, norm, &size));
   AssertVecNear(value, reference, norm, share * size);
+}
+
+/* A TS of a type, from 0 to end, which it meets, with the first step dt */
+static inline TS MakeTS(TSType type, PetscReal dt, PetscReal end)
+{
+  TS ts;
+
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, type));
+  ok(TSSetTimeStep(ts, dt));
+  ok(TSSetMaxTime(ts, end));
+  ok(TSSetMaxSteps(ts, 1000000));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  return ts;
 }
 
 static inline void SetAdapt(TS ts, TSAdaptType type)

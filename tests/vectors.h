@@ -274,57 +274,20 @@ static inline PetscErrorCode VectorsDestroy(Vectors *p)
   return DestroyObjects(&p->con, &p->l.B, &p->C, &p->l.load, &p->strength, &p->normal, &p->factor);
 }
 
+/* And its numbers */
+static inline PetscErrorCode VectorsDestroyAll(Vectors *p)
+{
+  PetscCall(VectorsDestroy(p));
+  return VectorsFreeNumbers(&p->numbers);
+}
+
 /* A solver of the type, the linear systems direct or by Krylov's methods */
 static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, PetscBool direct, SNES *snes)
 {
-  PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct ? "350" : "0"));
-  PetscCall(SNESCreate(PetscObjectComm((PetscObject)p->con), snes));
-  PetscCall(SNESSetType(*snes, type));
-  PetscCall(SNESSetSlipConstraint(*snes, p->con));
-  PetscCall(SNESSetFromOptions(*snes));
+  PetscCall(CreateSolver(p->con, type, direct ? "350" : "0", snes));
   if (VectorsIsSmooth(p->numbers.law)) /* which is not polished */
     PetscCall(SNESSetTolerances(*snes, PETSC_DEFAULT, 1e-13, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   return PETSC_SUCCESS;
-}
-
-/* What a solution of cells that open leaves: as VectorsCheck(), with q = friction times the pressure; contact is x_n <
-   0, r_n < 0 or x_n r_n != 0 */
-static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, PetscReal *beyond, PetscReal *opposite,
-                                                 PetscReal *balance, PetscReal *inside, PetscInt *contact)
-{
-  const PetscReal *xx, *rr, *mu, *gg;
-  PetscReal scale;
-  PetscInt n;
-  Vec q, g;
-
-  *beyond = *opposite = *balance = *inside = 0;
-  *contact = 0;
-  PetscCall(VecDuplicate(p->strength, &q));
-  PetscCall(VecDuplicate(x, &g));
-  PetscCall(VecNorm(p->l.load, NORM_INFINITY, &scale));
-  PetscCall(VectorsBound(p->con, x, q, NULL, p));
-  PetscCall(LinearResidual(p->con, x, g, p));
-  PetscCall(VecGetLocalSize(q, &n));
-  xx = VecRead(x);
-  rr = VecRead(r);
-  mu = VecRead(q);
-  gg = VecRead(g);
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal *v = xx + 3 * i, *f = rr + 3 * i, strength = mu[i] * f[2];
-    const PetscReal size = hypot(v[0], v[1]), reaction = hypot(f[0], f[1]);
-
-    if (!(v[2] >= 0 && f[2] >= 0 && v[2] * f[2] == 0)) ++*contact;
-    if (strength > 0)
-      *beyond = PetscMax(*beyond, reaction / strength - 1);
-    else if (reaction > 0)
-      *beyond = 1;
-    if (size > 0 && reaction < (1 - 1e-9) * strength) *inside = 1;
-    for (PetscInt k = 0; k < 2; k++)
-      if (size > 0 && strength > 0) *opposite = PetscMax(*opposite, PetscAbsReal(f[k] / strength + v[k] / size));
-    for (PetscInt k = 0; k < 3; k++)
-      *balance = PetscMax(*balance, PetscAbsReal(gg[3 * i + k] - p->numbers.omega * f[k]) / PetscMax(scale, 1));
-  }
-  return DestroyObjects(&q, &g);
 }
 
 /* From the guess in x */
@@ -336,18 +299,17 @@ static inline PetscErrorCode VectorsSolve(Vectors *p, SNES snes, Vec x, Vec r, S
   return SNESGetConvergedReason(snes, reason);
 }
 
-/* What a solution leaves: of |r| <= q, of r = -q x / |x| where x != 0, both over q, and of G(x) = omega r over the
-   largest load or strength; 1 in inside where a cell moves below its strength. Of this process. */
-static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *beyond, PetscReal *opposite,
-                                          PetscReal *balance, PetscReal *inside)
+/* Whether a solution holds: |r| <= q, r = -q x / |x| where x != 0, both over q, and G(x) = omega r over the largest load
+   or strength. Of cells that open q is friction times the pressure, and x_n >= 0, r_n >= 0, x_n r_n = 0. Of this
+   process. */
+static inline PetscErrorCode VectorsHold(Vectors *p, Vec x, Vec r, PetscBool *holds)
 {
   const PetscInt c = p->numbers.c;
   const PetscReal *xx, *rr, *qq, *gg;
-  PetscReal scale;
-  PetscInt n, first;
+  PetscReal scale, beyond = 0, opposite = 0, balance = 0;
+  PetscInt n, first, inside = 0, contact = 0;
   Vec q, g;
 
-  *beyond = *opposite = *balance = *inside = 0;
   PetscCall(VecDuplicate(p->strength, &q));
   PetscCall(VecDuplicate(x, &g));
   PetscCall(VecNorm(p->l.load, NORM_INFINITY, &scale));
@@ -361,15 +323,22 @@ static inline PetscErrorCode VectorsCheck(Vectors *p, Vec x, Vec r, PetscReal *b
   qq = VecRead(q);
   gg = VecRead(g);
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal size = VectorsSize(c, &xx[c * i]), reaction = VectorsSize(c, &rr[c * i]);
+    const PetscReal *v = xx + c * i, *f = rr + c * i, strength = qq[i] * (c == 3 ? f[2] : 1);
+    const PetscReal size = VectorsSize(c, v), reaction = VectorsSize(c, f);
 
     if (first + i == p->fixed) continue;
-    if (!(reaction <= qq[i])) *beyond = PetscMax(*beyond, reaction / qq[i] - 1);
-    if (size > 0 && reaction < (1 - 1e-9) * qq[i]) *inside = 1;
-    for (PetscInt k = c * i; k < c * (i + 1); k++) {
-      if (size > 0 && qq[i] > 0) *opposite = PetscMax(*opposite, PetscAbsReal(rr[k] / qq[i] + xx[k] / size));
-      *balance = PetscMax(*balance, PetscAbsReal(gg[k] - p->numbers.omega * rr[k]) / scale);
-    }
+    contact += c == 3 && !(v[2] >= 0 && f[2] >= 0 && v[2] * f[2] == 0);
+    if (!(reaction <= strength)) beyond = PetscMax(beyond, strength > 0 ? reaction / strength - 1 : 1);
+    inside += size > 0 && reaction < (1 - 1e-9) * strength;
+    for (PetscInt k = 0; k < PetscMin(c, 2); k++)
+      if (size > 0 && strength > 0) opposite = PetscMax(opposite, PetscAbsReal(f[k] / strength + v[k] / size));
+    for (PetscInt k = 0; k < c; k++)
+      balance = PetscMax(balance, PetscAbsReal(gg[c * i + k] - p->numbers.omega * f[k]) / scale);
   }
+  *holds = beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9 && !inside && !contact ? PETSC_TRUE : PETSC_FALSE;
+  if (!*holds)
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "law %d: beyond %g, opposite %g, balance %g, %d inside, %d not in contact\n",
+                          (int)p->numbers.law, (double)beyond, (double)opposite, (double)balance, (int)inside,
+                          (int)contact));
   return DestroyObjects(&q, &g);
 }

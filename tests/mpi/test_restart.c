@@ -5,6 +5,7 @@
 #include <math.h>
 #include <unistd.h>
 #include "cells.h"
+#include "record.h"
 
 enum { NX = 3, NZ = 3, N = 2 * NX * NZ, ROWS = 2 };
 
@@ -23,14 +24,10 @@ static PetscErrorCode WriteFiles(const Files *files, const Fields *fields)
   const PetscReal times[ROWS] = {0, 10};
   PetscReal cells[5 * N], pressure[ROWS * N] = {0};
   const SlipCells mesh = TwoGradedFaults(NX, NZ, 5, cells);
-  SlipH5 h;
 
   PetscCall(WriteCells(files->mesh, &mesh));
   PetscCall(PetscArraycpy(pressure + N, fields->pressure, N));
-  PetscCall(SlipH5Create(files->record, &h));
-  PetscCall(SlipH5WriteReal(&h, "/time", 1, &rows, times, "s"));
-  PetscCall(SlipH5WriteReal(&h, "/pressure", 2, dims, pressure, "Pa"));
-  return SlipH5Close(&h);
+  return WriteRecord(files->record, rows, times, 2, dims, pressure);
 }
 
 /* Some steps from the start to a checkpoint, or from it; *code: of the error of a checkpoint that is refused */

@@ -42,11 +42,7 @@ static PetscErrorCode Solve(Sliders *p, Vec w, const char *type, const char *dir
   SlipStage stage = {.t = theta, .theta = theta, .omega = 1.0, .base = w};
   PetscReal norm;
 
-  PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max));
-  PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
-  PetscCall(SNESSetType(snes, type));
-  PetscCall(SNESSetSlipConstraint(snes, p->con));
-  PetscCall(SNESSetFromOptions(snes));
+  PetscCall(CreateSolver(p->con, type, direct_max, &snes));
   PetscCall(VecZeroEntries(x));
   PetscCall(SNESSlipSolveStage(snes, &stage, x, r, &norm));
   PetscCall(SNESGetConvergedReason(snes, reason));
@@ -105,7 +101,8 @@ static PetscErrorCode Fingerprint(Vec x, PetscReal *sum)
   PetscCall(VecGetOwnershipRange(x, &first, NULL));
   xx = VecRead(x);
   for (PetscInt i = 0; i < n; i++) mine += xx[i] * (1.0 + PetscSinReal((PetscReal)(first + i)));
-  return MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x));
+  PetscCall(MPIU_Allreduce(&mine, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)x)));
+  return PETSC_SUCCESS;
 }
 
 /* Direct, Krylov and projection agree to 1e-8: each is within its residual tolerance of 1e-10 times a condition number
@@ -114,7 +111,7 @@ static PetscErrorCode TestTypesAgree(void)
 {
   Sliders p;
   Vec w, x, y, r;
-  PetscReal d, sum = 0;
+  PetscReal d, sum;
   PetscInt its;
   SNESConvergedReason reason;
 
@@ -179,7 +176,7 @@ static PetscErrorCode TestRanksAgree(void)
   const MPI_Comm comm[] = {PETSC_COMM_SELF, PETSC_COMM_WORLD, PETSC_COMM_WORLD};
   Sliders p;
   Vec w;
-  PetscReal sum[3] = {0};
+  PetscReal sum[3];
 
   for (int k = 0; k < 3; k++) {
     PetscCall(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", k == 2 ? "0" : "350"));

@@ -68,8 +68,6 @@ static void test_to_the_tolerance(void **state)
           error += PetscSqr(got - want);
           norm += PetscSqr(want);
         }
-      print_message("%s, tolerance %g: rank %d, error %g\n", f ? "apart" : "smooth", (double)tolerance, (int)rank,
-                    (double)PetscSqrtReal(error / norm));
       assert_true(PetscSqrtReal(error / norm) <= tolerance);
       ok(PetscFree(U));
       ok(PetscFree(V));
@@ -126,8 +124,6 @@ static void test_tuples(void **state)
           error += PetscSqr(got - want);
           norm += PetscSqr(want);
         }
-      print_message("%s, %d rows, tolerance %g: rank %d, error %g, %d pairs\n", t.apart ? "apart" : "tensor",
-                    (int)t.rows, (double)tolerance, (int)rank, (double)PetscSqrtReal(error / norm), (int)t.pairs);
       assert_true(PetscSqrtReal(error / norm) <= tolerance);
       if (f == 0) assert_true(t.pairs <= (rank / 2 + 4) * (M + N));
       ok(PetscFree(U));

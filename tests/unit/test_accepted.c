@@ -126,15 +126,10 @@ static void test_accepted_errors(void **state)
                      {"pi:H211PI", 1.954},     {"pi:H211b2", 1.954}, {"pi:fault_history", 226}};
 
   for (size_t b = 0; b < PETSC_STATIC_ARRAY_LENGTH(belts); b++) {
-    const Seen exact = Run(&belts[b], "dsp", TOLERANCE / 1000);
-
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(controllers); i++) {
       const Seen s = Run(&belts[b], controllers[i].name, TOLERANCE);
 
-      print_message("belt %d %-17s %5d accepted of %5d, largest E %10.4g, %4d above 2, %3d sticks, end off by %.2e\n",
-                    (int)b, controllers[i].name, (int)s.accepted, (int)s.attempts, (double)s.largest, (int)s.above,
-                    (int)s.sticks, (double)(s.end - exact.end));
-      assert_true(s.sticks > 3);
+      AssertLess(3, s.sticks);
       assert_true(s.largest <= controllers[i].most);
     }
   }

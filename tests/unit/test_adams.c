@@ -189,15 +189,10 @@ static void MakeScalar(TS *ts, Vec *y, const char type[], const char adapt[], TS
                        PetscReal end)
 {
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, y));
-  ok(TSCreate(PETSC_COMM_SELF, ts));
+  *ts = MakeTS(type, dt, end);
   ok(TSSetProblemType(*ts, TS_NONLINEAR));
-  ok(TSSetType(*ts, type));
   ok(TSSetRHSFunction(*ts, NULL, rate, NULL));
-  ok(TSSetTimeStep(*ts, dt));
-  ok(TSSetMaxTime(*ts, end));
-  ok(TSSetMaxSteps(*ts, 1000000));
   ok(TSSetMaxStepRejections(*ts, -1));
-  ok(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_MATCHSTEP));
   SetAdapt(*ts, adapt);
 }
 
@@ -384,14 +379,9 @@ static void CorrectedBy(const char adapt[])
 
     ok(PetscOptionsSetValue(NULL, "-ts_adams_max_corrections", k ? "7" : "1"));
     ok(VecCreateSeq(PETSC_COMM_SELF, 8, &u));
-    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ts = MakeTS(TSADAMS, 1e-3, 20);
     ok(TSSetProblemType(ts, TS_NONLINEAR));
-    ok(TSSetType(ts, TSADAMS));
     ok(TSSetRHSFunction(ts, NULL, Follow, NULL));
-    ok(TSSetTimeStep(ts, 1e-3));
-    ok(TSSetMaxTime(ts, 20));
-    ok(TSSetMaxSteps(ts, 100000));
-    ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
     SetAdapt(ts, adapt);
     ok(TSSetTolerances(ts, 1e-2, NULL, 0, NULL));
     ok(TSSetSlipProblem(ts, &problem, NULL));
@@ -400,12 +390,11 @@ static void CorrectedBy(const char adapt[])
     ok(TSSolve(ts, u));
     n[k] = evaluations;
     x = VecRead(u);
-    for (int i = 0; i < 8; i++) assert_true(fabs(x[i] - sin(20)) < 1e-2);
+    for (int i = 0; i < 8; i++) AssertNear(x[i], sin(20), 1e-2);
     ObjectsDestroy(&ts, &u);
   }
   ok(PetscOptionsClearValue(NULL, "-ts_adams_max_corrections"));
-  print_message("%s: %d and %d right-hand sides\n", adapt, (int)n[0], (int)n[1]);
-  assert_true((PetscReal)n[1] < 0.6 * (PetscReal)n[0]);
+  AssertLess((PetscReal)n[1], 0.6 * (PetscReal)n[0]);
 }
 
 static void corrected(void **state)

@@ -187,12 +187,8 @@ static void no_number(void **state)
 
     ok(VecCreateSeq(PETSC_COMM_SELF, 2, &y));
     ok(VecSet(y, 1));
-    ok(TSCreate(PETSC_COMM_SELF, &ts));
-    ok(TSSetType(ts, TSRK));
+    ts = MakeTS(TSRK, 0.1, 4);
     ok(TSSetRHSFunction(ts, NULL, Root, NULL));
-    ok(TSSetMaxTime(ts, 4));
-    ok(TSSetTimeStep(ts, 0.1));
-    ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
     ok(TSGetAdapt(ts, &adapt));
     ok(TSAdaptSetType(adapt, types[k]));
     ok(SlipAdaptSetNorm(adapt, NORM_INFINITY));

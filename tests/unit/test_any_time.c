@@ -7,6 +7,7 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/rooms/sliph5.h>
 #include "tempdir.h"
+#include "record.h"
 #include <math.h>
 #include <string.h>
 
@@ -17,18 +18,14 @@ static const PetscReal times[TIMES] = {0, 4e5, 3e6, 7e6};
 
 static char record[TEMPDIR_LENGTH + 8]; /* of pore pressure, a file */
 
-static void WriteRecord(void)
+static void WriteOwnRecord(void)
 {
   const PetscReal at[] = {0, 1e6, 6e6};
   const PetscInt rows = 3, dims[] = {3, N};
   PetscReal p[3 * N];
-  SlipH5 h;
 
   for (PetscInt i = 0; i < 3 * N; i++) p[i] = 2e6 * (PetscReal)(i % 17) / 17;
-  ok(SlipH5Create(record, &h));
-  ok(SlipH5WriteReal(&h, "/time", 1, &rows, at, "s"));
-  ok(SlipH5WriteReal(&h, "/pressure", 2, dims, p, "Pa"));
-  ok(SlipH5Close(&h));
+  ok(WriteRecord(record, rows, at, 2, dims, p));
 }
 
 static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
@@ -302,7 +299,7 @@ static void rate_and_state(void **state)
 
   assert_int_equal(0, TempDirMake("times", dir));
   snprintf(record, sizeof(record), "%s/p.h5", dir);
-  WriteRecord();
+  WriteOwnRecord();
   Shuffled(RATE_STATE);
   assert_int_equal(0, TempDirRemove(dir));
 }

@@ -119,7 +119,6 @@ static void known_counts(void **state)
   for (int i = 0; i < 3; i++) {
     const PetscInt n = median_evaluations(row[i].f, row[i].start, 2 * row[i].high);
 
-    print_message("function %d: %d evaluations\n", i, (int)n);
     assert_true(n >= row[i].low && n <= row[i].high);
   }
 }
@@ -160,7 +159,6 @@ static void diagonal(void **state)
       for (int i = 0; i < N; i++)
         for (int j = 0; j < N; j++) assert_true(i == j || es.C[i * N + j] == 0);
   }
-  print_message("%d evaluations\n", (int)count);
   assert_true(count >= 1200 && (double)count <= 0.8 * (double)median_evaluations(ellipsoid, 3, 30000));
   ok(CMAESDestroy(&es));
 }

@@ -262,14 +262,10 @@ static PetscInt Integrate(VecType type, PetscInt n, Vec *u)
   if (n > 1) ok(VecGetArray(tolerance, &a));
   if (n > 1) a[n / 2] = 0;
   if (n > 1) ok(VecRestoreArray(tolerance, &a));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(TSSetType(ts, TSADAMS));
+  ts = MakeTS(TSADAMS, 1e-4, 1);
   SetAdapt(ts, TSADAPTBASIC);
   ok(TSSetRHSFunction(ts, NULL, Decay, NULL));
   ok(TSSetSolution(ts, *u));
-  ok(TSSetTimeStep(ts, 1e-4));
-  ok(TSSetMaxTime(ts, 1));
-  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
   ok(TSSetTolerances(ts, 0, tolerance, 0, tolerance));
   ok(TSSolve(ts, *u));
   ok(TSGetStepNumber(ts, &steps));

@@ -1,22 +1,19 @@
 /* Loads of a fault of rate and state that change in time, and cells that creep, on a device of OpenCL: slip rates,
    sums, runs, restarts, and what goes between processor and device. */
 #include "devicerun.h"
+#include "record.h"
 #include <slipstep/rooms/sliph5.h>
 
 /* Pressures of three times, which rise at the left and fall at the right */
-static PetscErrorCode WriteRecord(void)
+static PetscErrorCode WriteOwnRecord(void)
 {
   const PetscInt three = 3, shape[] = {3, N};
   const PetscReal times[] = {0, 3e8, 1.2e9};
   PetscReal pressure[3 * N];
-  SlipH5 h;
 
   for (PetscInt i = 0; i < 3 * N; i++)
     pressure[i] = 2e6 + 1.5e6 * (PetscReal)(i / N) * (0.5 - (PetscReal)(i % NX) / NX);
-  PetscCall(SlipH5Create("record.h5", &h));
-  PetscCall(SlipH5WriteReal(&h, "/time", 1, &three, times, "s"));
-  PetscCall(SlipH5WriteReal(&h, "/pressure", 2, shape, pressure, "Pa"));
-  return SlipH5Close(&h);
+  return WriteRecord("record.h5", three, times, 2, shape, pressure);
 }
 
 static PetscErrorCode OwnPressure(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx)
@@ -63,7 +60,7 @@ static void Within(char dir[])
 {
   assert_int_equal(0, TempDirMake("device", dir));
   assert_int_equal(0, chdir(dir));
-  ok(WriteRecord());
+  ok(WriteOwnRecord());
 }
 
 static void Leave(const char dir[])

@@ -50,12 +50,11 @@ static void rewards(void **state)
     ok(EpisodeCreate(NULL, (uint64_t)(12 + k), k ? 7 : 1, &e));
     ok(EpisodeRunLibrary(e, steps, 1e-2, &run));
     assert_true(r.finished && run.done == 1 && run.solves == r.attempts);
-    assert_true(fabs(r.error[0] - run.error / 1e-2) < 1e-9);
+    AssertNear(r.error[0], run.error / 1e-2, 1e-9);
     const double penalties = EpisodeCost(&run, 1e-2) - log((double)run.solves + 1);
 
-    assert_true(penalties > 0.1);
-    print_message("%d cells: %d solves, penalties %.3f\n", (int)e->plain.n, (int)run.solves, penalties);
-    assert_true(fabs(r.total + penalties + (double)run.solves / (2.5 * pow(1e-2, -0.36))) < 1e-8);
+    AssertLess(0.1, penalties);
+    AssertLess(fabs(r.total + penalties + (double)run.solves / (2.5 * pow(1e-2, -0.36))), 1e-8);
     ok(EpisodeDestroy((void **)&e));
   }
   ok(SlipPolicyDestroy(&steps));
@@ -137,8 +136,6 @@ static void reference(void **state)
     ok(TSBatheMonitorSet(ts, collect, e, NULL));
     ok(TSSolve(ts, e->w));
     EpisodeConclude(e, 1, 1, &r);
-    print_message("seed %d, %d cells: reference off by %.1e, %.1e, %.1e, %.1e, %.1e\n", (int)seed, (int)e->plain.n,
-                  r.errors[0], r.errors[1], r.errors[2], r.errors[3], r.errors[4]);
     assert_true(r.done == 1 && r.error < 1e-4);
     ok(TSDestroy(&ts));
     ok(EpisodeDestroy((void **)&e));
@@ -173,10 +170,8 @@ static void growth(void **state)
         if (!first[0]) first[0] = node->time, first[1] = node->rate;
         last[0] = node->time, last[1] = node->rate;
       }
-      assert_true(last[0] > first[0]);
-      print_message("seed %d: grows with %.4f/s, predicted %.4f/s\n", (int)seed,
-                    log(last[1] / first[1]) / (last[0] - first[0]), lambda);
-      assert_true(fabs(log(last[1] / first[1]) / (last[0] - first[0]) / lambda - 1) < 0.03);
+      AssertLess(first[0], last[0]);
+      AssertNear(log(last[1] / first[1]) / (last[0] - first[0]) / lambda, 1, 0.03);
       found++;
     }
     ok(EpisodeDestroy((void **)&e));
@@ -248,8 +243,6 @@ static void plain_steps(PetscBool moreau)
     } else
       ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));
-    print_message("%d cells: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
-                  (int)l.solves, l.error, fabs(a.error - l.error));
     assert_int_equal(a.attempts, l.solves);
     if (moreau) /* products; those of the first step twice, of long ones at rest at the end once, as what they begin
                    with is known */
@@ -259,7 +252,7 @@ static void plain_steps(PetscBool moreau)
     assert_int_equal(a.failures, l.failures);
     /* the loops solve stages to rounding, the library to a tenth of a step's error, of which signs differ */
     assert_true(fabs(a.error - l.error) < 1e-6 + 0.03 * a.error && fabs(a.done - l.done) < 1e-4);
-    for (int i = 0; i < SLIP_NUM_ERRORS; i++) assert_true(fabs(a.errors[i] - l.errors[i]) < 1e-6 + 0.03 * a.error);
+    for (int i = 0; i < SLIP_NUM_ERRORS; i++) AssertNear(a.errors[i], l.errors[i], 1e-6 + 0.03 * a.error);
     ok(EpisodeDestroy((void **)&e));
     ok(SlipPolicyDestroy(&p));
   }
@@ -295,13 +288,11 @@ static void plain_products(void **state)
 
     e->costs.solve = k ? 10 : 1e-2;
     ok(EpisodeRunProducts(e, steps, 1e-2, &r));
-    print_message("%d products, %.0f steps, %.1f times the limit\n", (int)r.solves, n, h / limit);
     assert_true(r.done == 1 && h > 5 * limit);
     if (k)
-      assert_true(fabs(r.solves - 2 * (e->tmax / limit + 1)) < 4);
+      AssertNear(r.solves, 2 * (e->tmax / limit + 1), 4);
     else
-      assert_true(fabs(r.solves - n * SlipMethodSolve(&e->costs, h / limit)) <
-                  2 + SlipMethodSolve(&e->costs, h / limit));
+      AssertNear(r.solves, n * SlipMethodSolve(&e->costs, h / limit), 2 + SlipMethodSolve(&e->costs, h / limit));
   }
   ok(EpisodeDestroy((void **)&e));
   ok(SlipPolicyDestroy(&steps));
@@ -355,8 +346,6 @@ static void plain_small(void **state)
     ok(EpisodeSmallCreate(&o, seed, &e));
     ok(EpisodeSmallRun(e, p, 1e-2, NULL, NULL, &a));
     ok(EpisodeSmallRunLibrary(e, p, 1e-2, NULL, NULL, &l));
-    print_message("%s: %d and %d solves, error %.3e, difference %.1e\n", o.problem->name, (int)a.solves, (int)l.solves,
-                  l.error, fabs(a.error - l.error));
     assert_int_equal(a.solves, l.solves);
     assert_true(a.done == 1 && l.done == 1);
     assert_true(l.error > 0 && fabs(a.error - l.error) < 1e-6);

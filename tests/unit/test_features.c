@@ -4,6 +4,7 @@
 #define _POSIX_C_SOURCE 200809L /* dup2(), fdopen() */
 #include "unit.h"
 #include "tempdir.h"
+#include "record.h"
 #include <slipstep/rooms/sliph5.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfault.h>
@@ -304,18 +305,14 @@ static Outcome Try(SlipFaultFeatureSet set, PetscInt a, PetscInt b)
 
 /* ---- the files ---- */
 
-static PetscErrorCode WriteRecord(const char name[], PetscInt ndim, const PetscInt shape[])
+static PetscErrorCode WriteOwnRecord(const char name[], PetscInt ndim, const PetscInt shape[])
 {
   const PetscInt two = 2;
   const PetscReal times[] = {0, 10};
   PetscReal pressure[2 * N] = {0};
-  SlipH5 h;
 
   for (PetscInt i = 0; i < N; i++) pressure[N + i] = 1e4 * (PetscReal)i;
-  PetscCall(SlipH5Create(name, &h));
-  PetscCall(SlipH5WriteReal(&h, "/time", 1, &two, times, "s"));
-  PetscCall(SlipH5WriteReal(&h, "/pressure", ndim, shape, pressure, "Pa"));
-  return SlipH5Close(&h);
+  return WriteRecord(name, two, times, ndim, shape, pressure);
 }
 
 /* The plane of the grid, and one whose right half is 200 m aside and turned */
@@ -486,8 +483,8 @@ static void pairs(void **state)
   PETSC_STDOUT = PETSC_STDERR = fopen("/dev/null", "w");
   report = fdopen(errors, "w");
   assert_true(dup2(fileno(PETSC_STDOUT), 2) == 2);
-  ok(WriteRecord("record.h5", 3, grid));
-  ok(WriteRecord("record_list.h5", 2, list));
+  ok(WriteOwnRecord("record.h5", 3, grid));
+  ok(WriteOwnRecord("record_list.h5", 2, list));
   ok(WriteRectangles("rectangles.h5", PETSC_FALSE));
   ok(WriteRectangles("planes.h5", PETSC_TRUE));
   ok(WriteTriangles());

@@ -182,15 +182,11 @@ static void Run(Block *b, const PetscReal start[2], PetscReal tmax, PetscInt ste
   ok(VecGetArray(w, &a));
   Turn(b->angle, start, a);
   ok(VecRestoreArray(w, &a));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(TSSetType(ts, TSBATHE));
+  ts = MakeTS(TSBATHE, tmax / (PetscReal)steps, tmax);
   ok(TSBatheSetConstraint(ts, b->con));
   ok(TSBatheSetFirstStage(ts, first));
   ok(TSSetSolution(ts, w));
   ok(TSSetTolerances(ts, 1, NULL, 0, NULL));
-  ok(TSSetMaxTime(ts, tmax));
-  ok(TSSetTimeStep(ts, tmax / (PetscReal)steps));
-  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
   SetAdapt(ts, TSADAPTNONE);
   ok(TSSetFromOptions(ts));
   ok(TSSolve(ts, w));

@@ -164,7 +164,6 @@ static void kept(void **state)
 
     for (PetscInt a = 0; a < 2; a++) {
       ok(RunEpisodeRun(e, NULL, TSADAPTBASIC, rtol[a], &r));
-      print_message("%d: %g at %g\n", (int)k, (double)r.error, (double)accuracies[a]);
       if (r.done == 1 && r.error <= accuracies[a]) within[a]++;
     }
     ok(RunEpisodeDestroy(&e));

@@ -95,7 +95,6 @@ static void test_contraction_on_grids(void **state)
     Mat K = Stiffness(rows[k].depth_top, rows[k].full_space, "fft");
     const PetscReal worst = WorstContraction(K);
 
-    print_message("top %g m, full space %d: %g\n", (double)rows[k].depth_top, (int)rows[k].full_space, (double)worst);
     assert_true(worst > 0 && worst < rows[k].most);
     ok(MatDestroy(&K));
   }
@@ -113,7 +112,6 @@ static void test_contraction_without_grid(void **state)
   ok(PetscArraycpy(entries, a, N * N));
   ok(MatCreateSlipStiffnessFromEntries(PETSC_COMM_SELF, N, entries, "test", &bare));
   worst = WorstContraction(bare);
-  print_message("without a grid: %g, bound %g\n", (double)worst, ZETA / (2 + ZETA));
   assert_true(worst > 0.02 && worst < ZETA / (2 + ZETA) + 1e-10);
   ok(PetscFree(entries));
   ObjectsDestroy(&K, &bare);
@@ -164,10 +162,8 @@ static void CheckCorrected(Mat B, Mat exact, PetscReal delta, PetscInt first, Pe
     ok(MatSlipStageGetApproximation(B, &A));
     CompareOnDirections(A, exact, first, last, &distance, &asymmetry);
     share = Contraction(exact, A);
-    print_message("corrected at %g s: off by %.1e on directions, asymmetry %.1e, leaves %g\n", (double)Thetas[k],
-                  (double)distance, (double)asymmetry, (double)share);
-    assert_true(distance < 1e-6);
-    assert_true(asymmetry < 1e-12);
+    AssertLess(distance, 1e-6);
+    AssertLess(asymmetry, 1e-12);
     assert_true(share <= delta / (1 - 2 * delta));
   }
 }
@@ -242,8 +238,7 @@ static void test_root_of_endless_plane(void **state)
       difference = PetscMax(difference, PetscAbsReal(a - b));
       size = PetscMax(size, PetscAbsReal(b));
     }
-  print_message("difference %g of the largest entry\n", (double)(difference / size));
-  assert_true(difference < 1e-3 * size);
+  AssertLess(difference, 1e-3 * size);
   ObjectsDestroy(&part, &whole, &K);
 }
 
@@ -317,7 +312,6 @@ static PetscReal DistanceOfLanczos(Mat K, const char type[], const char option[]
   ok(PetscOptionsClearValue(NULL, option));
   ok(MatSlipViscositySetTolerance(H, 1e-10)); /* of the exact root */
   distance = DistanceOfIterates(exact, H);
-  print_message("%s: %g\n", type, (double)distance);
   ObjectsDestroy(&exact, &H);
   return distance;
 }
@@ -366,7 +360,6 @@ static void test_waves_of_deep_grid(void **state)
     ok(VecNorm(y, NORM_2, &size));
     ok(VecAXPY(z, -1, y));
     ok(VecNorm(z, NORM_2, &distance));
-    print_message("deep: %g\n", (double)(distance / size));
     assert_true(distance <= 1e-11 * size); /* ten times the tolerance, for the sum of increments */
   }
   ok(MatSlipViscosityAllow(H, 1e-3));
@@ -381,7 +374,6 @@ static void test_waves_of_deep_grid(void **state)
     ok(VecNorm(y, NORM_2, &size));
     ok(VecAXPY(z, -1, y));
     ok(VecNorm(z, NORM_2, &distance));
-    print_message("few digits: %g\n", (double)(distance / size));
     assert_true(distance <= 3e-3 * size);
   }
   ObjectsDestroy(&x, &y, &z, &H, &exact, &K);

@@ -77,9 +77,8 @@ static void test_tolerance(void **state)
         ok(VecAXPY(sum, PetscPowRealInt(0.03, kind), x));
         worst = PetscMax(worst, Error(H, exact, sum));
       }
-      print_message("%s, tolerance %g: error %g\n", cells ? "cells" : "grid", (double)tolerance, (double)worst);
-      assert_true(worst < 3 * tolerance);
-      assert_true(worst > 1e-4 * tolerance);
+      AssertLess(worst, 3 * tolerance);
+      AssertLess(1e-4 * tolerance, worst);
       ObjectsDestroy(&x, &sum, &H, &exact);
     }
 }
@@ -100,12 +99,11 @@ static void test_few_digits_are_forgotten(void **state)
     ok(VecDuplicate(x, &whole));
     Fill(x, 0);
     Fill(small, 2);
-    assert_true(Error(H, exact, x) < 3 * tolerance);
+    AssertLess(Error(H, exact, x), 3 * tolerance);
     ok(VecWAXPY(whole, part, small, x));
-    assert_true(Error(H, exact, whole) < 3 * tolerance);
+    AssertLess(Error(H, exact, whole), 3 * tolerance);
     ok(VecAXPY(small, 1e-3, x)); /* both directions are known, but one not well enough */
-    print_message("part %g: error %g\n", (double)part, (double)Error(H, exact, small));
-    assert_true(Error(H, exact, small) < 3 * tolerance);
+    AssertLess(Error(H, exact, small), 3 * tolerance);
     ObjectsDestroy(&x, &small, &whole, &H, &exact);
   }
 }
@@ -132,14 +130,13 @@ static void test_loose_products(void **state)
   {
     const PetscReal first = Error(H, exact, x);
 
-    print_message("loose: error %g\n", (double)first);
     assert_true(first < 1.5 * loose && first > 10 * tolerance);
   }
-  assert_true(Error(H, exact, x) < 3 * tolerance); /* the next, though it is the same */
+  AssertLess(Error(H, exact, x), 3 * tolerance); /* the next, though it is the same */
   ok(VecAXPY(x, 1e-6, y));
-  assert_true(Error(H, exact, x) < 3 * tolerance); /* near: what is spared is not worth a second product */
+  AssertLess(Error(H, exact, x), 3 * tolerance); /* near: what is spared is not worth a second product */
   ok(set(B, 0));
-  assert_true(Error(H, exact, y) < 3 * tolerance);
+  AssertLess(Error(H, exact, y), 3 * tolerance);
   ObjectsDestroy(&x, &y, &B, &K, &H, &exact);
 }
 
@@ -313,11 +310,9 @@ static void test_allowed_error(void **state)
         worst = PetscMax(worst, Error(H, exact, x));
       }
       products[within] = Products() - before;
-      print_message("%s, %g allowed: error %g, %d products\n", cells ? "cells" : "grid", (double)most, (double)worst,
-                    (int)products[within]);
       assert_true(worst < 3 * most && worst > 1e-3 * most);
     }
-    assert_true(2 * products[1] < products[0]);
+    AssertLess(2 * products[1], products[0]);
     ObjectsDestroy(&x, &H, &exact);
   }
 }

@@ -156,9 +156,7 @@ static void test_order(void **state)
       ErrorsAt(&b, 60, vary ? PETSC_TRUE : PETSC_FALSE, coarse);
       ErrorsAt(&b, 120, vary ? PETSC_TRUE : PETSC_FALSE, fine);
       for (int k = 0; k < 2; k++) {
-        print_message("%d blocks, steps %s, error of the %s: %.2e and %.2e\n", (int)n, vary ? "vary" : "constant",
-                      k ? "energy" : "slip", (double)coarse[k], (double)fine[k]);
-        assert_true(fine[k] < 1e-3);
+        AssertLess(fine[k], 1e-3);
         AssertNear(coarse[k] / fine[k], 4, 0.8);
       }
     }
@@ -187,9 +185,8 @@ static void test_stop(void **state)
     before[k] = fabs(w[1] - 2 * (b.load - b.strength));
     ObjectsDestroy(&ts, &x);
   }
-  print_message("slip at the stop is off by %.2e and %.2e\n", (double)before[0], (double)before[1]);
-  assert_true(before[0] < 0.5 * 0.5 * PetscSqr(4. / 70)); /* of less than a step's deceleration, a h^2/2 */
-  assert_true(before[1] < 0.5 * 0.5 * PetscSqr(4. / 280));
+  AssertLess(before[0], 0.5 * 0.5 * PetscSqr(4. / 70)); /* of less than a step's deceleration, a h^2/2 */
+  AssertLess(before[1], 0.5 * 0.5 * PetscSqr(4. / 280));
   b.load = 0.99;
   {
     const PetscReal start[3] = {0};
@@ -257,11 +254,9 @@ static void test_models(void **state)
   PetscReal error[2];
 
   for (int k = 0; k < 2; k++) error[k] = ModelError(&SlipSlidingModeOps, 0.5, 250 << (2 * k));
-  print_message("sliding mode: %.2e and %.2e\n", (double)error[0], (double)error[1]);
-  assert_true(error[0] < 1e-4);
+  AssertLess(error[0], 1e-4);
   AssertNear(error[0] / error[1], 16, 1);
   for (int k = 0; k < 2; k++) error[k] = ModelError(&SlipCircuitOps, 10, 500 << (2 * k));
-  print_message("circuit: %.2e and %.2e\n", (double)error[0], (double)error[1]);
   AssertNear(error[0] / error[1], 16, 1);
 }
 
@@ -359,9 +354,8 @@ static void test_kinds(void **state)
       Run(options, TSMOREAU, 12, 100 << i, &coarse);
       off[i] = Off(&coarse, &fine);
     }
-    print_message("%s: %.2e and %.2e\n", Kinds[k].name, (double)off[0], (double)off[1]);
-    assert_true(off[0] < Kinds[k].allowed);
-    assert_true(off[0] > 2.6 * off[1]);
+    AssertLess(off[0], Kinds[k].allowed);
+    AssertLess(2.6 * off[1], off[0]);
   }
 }
 
@@ -408,7 +402,6 @@ static void test_methods(void **state)
     assert_in_range(attempts[1], 45 << i, 55 << i);
     off[i] = Off(&coarse, &fine);
   }
-  print_message("in turn: %.2e and %.2e\n", (double)off[0], (double)off[1]);
   assert_true(off[0] < 4e-3 && off[0] > 2.6 * off[1]);
 }
 
@@ -447,8 +440,6 @@ static void test_3km(void **state)
     for (PetscInt k = 0; k < coarse.n; k++)
       most = PetscMax(most, fabs(coarse.slip[k] - fine.slip[3000 * k / row[i].steps]));
     most /= fine.slip[fine.n - 1];
-    print_message("%d steps: %.2e; %d products with K, %d with H\n", (int)row[i].steps, (double)most,
-                  (int)(Products("SlipKMult") - stiffness), (int)(Products("SlipHMult") - viscosity));
     assert_true((3000 % row[i].steps == 0 || row[i].steps == 400) && most < row[i].most);
     assert_int_equal(row[i].steps + 2, Products("SlipHMult") - viscosity); /* the start is observed before the run */
     /* of the set-up the critical state and the largest frequency */
@@ -484,8 +475,7 @@ static void Observed(PetscReal dip)
   ok(TSSolve(ts, w));
   ok(TSGetStepNumber(ts, &steps));
   k = Products("SlipKMult") - before;
-  print_message("dip %g, %d steps: %d products with K and Kn\n", (double)dip, (int)steps, (int)k);
-  assert_true(steps > 20);
+  AssertLess(20, steps);
   /* one a step; and the start, its displacement, and that of the instability */
   assert_in_range(k, dip < 90 ? 2 * steps : steps, dip < 90 ? 2 * steps + 8 : steps + 4);
   ObjectsDestroy(&ts, &w, &fault, &policy);

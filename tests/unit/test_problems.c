@@ -188,7 +188,6 @@ static void test_episodes(void **state)
     ok(CMAPolicy(&o, w, unmoved, &policy));
     ok((*cma->create)(&o, 2, 1, &episode)); /* of the first seeds the one with the shortest runs */
     for (int i = 0; i < 3; ++i) ok((*cma->run)(episode, policy, i == 1 ? 1e-3 : 1e-1, &r[i]));
-    print_message("%s: %d solves, cost %g\n", ProblemTable[k]->name, (int)r[0].solves, (double)r[0].cost);
     assert_true(r[0].done == 1 && r[0].solves > 1 && r[0].error > 0 && isfinite(r[0].cost));
     assert_true(r[0].solves == r[2].solves && r[0].cost == r[2].cost && r[0].error == r[2].error);
     assert_true(cma->dial == CMA_DIAL_NONE || r[1].solves > r[0].solves);

@@ -185,11 +185,7 @@ static SNESConvergedReason Solve(SlipConstraint con, PetscReal from, PetscInt di
   KSP ksp;
   PC pc;
 
-  ok(SNESCreate(PETSC_COMM_SELF, &snes));
-  ok(SNESSetType(snes, SNESSEMISMOOTH));
-  ok(SNESSetSlipConstraint(snes, con));
-  ok(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", direct_max ? "350" : "0"));
-  ok(SNESSetFromOptions(snes));
+  ok(CreateSolver(con, SNESSEMISMOOTH, direct_max ? "350" : "0", &snes));
   ok(SNESSetTolerances(snes, PETSC_DEFAULT, 1e-13, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   ok(SNESGetKSP(snes, &ksp));
   ok(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
@@ -282,9 +278,7 @@ static void projection(void **state)
 
   Create(0.01, -1, &s, &con);
   ok(VecDuplicate(s.l.load, &x));
-  ok(SNESCreate(PETSC_COMM_SELF, &snes));
-  ok(SNESSetType(snes, SNESPROJECTION));
-  ok(SNESSetSlipConstraint(snes, con));
+  ok(CreateSolver(con, SNESPROJECTION, "350", &snes));
   fails(SNESSolve(snes, NULL, x), "smooth");
   ObjectsDestroy(&snes, &x);
   Destroy(&s, &con);

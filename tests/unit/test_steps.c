@@ -43,9 +43,6 @@ static void keeps(const Problem *problem, const char kind[], PetscInt draws, Pet
       ok(SlipFaultFindTolerance(kind, l.controller[c], Accuracies[a], &rtol));
       n[0] = within(&l, c, rtol, share * Accuracies[a], &kept, Accuracies[a]);
       n[1] = within(&l, c, 5 * rtol, share * Accuracies[a], &loose, Accuracies[a]);
-      print_message("%s %g, %s: %g keeps it in %g %%; %d of %d draws have %g of that, at five times the tolerance %d\n",
-                    kind, (double)Accuracies[a], l.controller[c], (double)rtol, 100 * (double)kept, (int)n[0],
-                    (int)draws, (double)share, (int)n[1]);
       assert_true(kept >= 0.9);
       assert_true(n[0] >= wanted);
       assert_true(rtol == LadderTolerance(0) || n[1] < wanted);
@@ -254,7 +251,6 @@ static void precedence(void **state)
     ok(SlipAdaptGetController(adapt, name, sizeof(name)));
     if (rows[i].controller) assert_string_equal(name, rows[i].controller);
     if (expected == 0) ok(SlipFaultFindTolerance("event", name, rows[i].accuracy, &expected));
-    print_message("%s: %s, %g\n", rows[i].options, name, (double)found);
     assert_true(found == expected);
     /* again, and by TSSetTolerances() */
     ok(TSSetStepNumber(r.ts, 0));
@@ -304,7 +300,6 @@ static void learned(void **state)
       ok(TSGetAdapt(r.ts, &adapt));
       ok(SlipAdaptGetController(adapt, name, sizeof(name)));
       ok(TSAdaptRLGetAccuracy(adapt, &dial));
-      print_message("%s%s: %s\n", rows[i].rupture ? "rupture " : "", rows[i].options, name);
       assert_string_equal(name, tolerant ? rows[i].tolerant : rows[i].controller);
       if (i == 2 && !tolerant) assert_true(dial == 1e-3);
       end(&r);
@@ -358,11 +353,10 @@ static void explicit_ruptures(void **state)
       ok(TSSetFromOptions(ts));
       ok(TSGetType(ts, &type));
       ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-      print_message("%s%s: %s, %g\n", named ? "TSSetType(), " : "", rows[i].options, type, (double)rtol);
       assert_string_equal(type, named && !strstr(rows[i].options, "-ts_type") ? TSBATHE : rows[i].type);
-      if (!named && rows[i].rtol > 0) assert_true(PetscAbsReal(rtol - rows[i].rtol) < 1e-12);
+      if (!named && rows[i].rtol > 0) AssertNear(rtol, rows[i].rtol, 1e-12);
       if (!strcmp(rows[i].options, "-fault_accuracy 3e-2") && !named) assert_true(rtol > 0.013 && rtol < 0.3);
-      ObjectsDestroy(NULL, &ts, &fault);
+      ObjectsDestroy(&ts, &fault);
     }
   ok(PetscOptionsClear(NULL));
 }
@@ -411,7 +405,6 @@ static void handed_over(void **state)
     ok(TSAdaptRLGetHandoverStep(adapt, &steps));
     assert_int_equal(steps, 0);
     if (expected == 0) ok(SlipFaultFindTolerance("rupture", fallback, dial, &expected));
-    print_message("%s: %s, %g\n", rows[i].options, fallback, (double)found);
     assert_true(found == expected && expected > 0);
     end(&r);
   }
@@ -463,7 +456,6 @@ static void named_tolerances(void **state)
     snprintf(options, sizeof(options), "-fault_tolerances %s %s", file, rows[i].options);
     r = start(options, PETSC_TRUE);
     found = tolerance(&r);
-    print_message("%s: %g\n", options, (double)found);
     AssertNear(found, rows[i].rtol, 1e-15);
     assert_true(r.fault->steps.accuracy == rows[i].accuracy);
     end(&r);

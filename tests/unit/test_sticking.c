@@ -3,6 +3,7 @@
 #include "unit.h"
 #include "faultstart.h"
 #include "tempdir.h"
+#include "record.h"
 #include <slipstep/rooms/sliph5.h>
 #include <slipstep/private/slipfault.h>
 #include <math.h>
@@ -131,29 +132,6 @@ static void block(void **state)
     }
 }
 
-/* Constant steps of TSRKC while nothing starts or stops: errors fall with their square */
-static void order(void **state)
-{
-  const PetscReal d = 0.05, excess = 1e5;
-  PetscReal error[2];
-
-  for (int k = 0; k < 2; k++) {
-    SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
-    PetscReal K, eta, v, end;
-    const PetscReal *a;
-    Vec w;
-
-    ok(SlipFaultSetUp(fault));
-    Numbers(fault, &K, &eta);
-    end = 2 * eta / (sigma * drop / d - K);
-    Run(fault, TSRKC, 1e-3, end / (20 * (k + 1)), end, &w);
-    a = VecRead(w);
-    error[k] = fabs(a[1] - Block(K, eta, excess, d, end, &v));
-    ObjectsDestroy(&w, &fault);
-  }
-  assert_true(error[0] / error[1] > 3.7 && error[0] / error[1] < 4.3);
-}
-
 /* Constant friction under a pressure that rises and falls: it starts where friction is reached, at a time that rest
    knows exactly, slips after the pressure, and stops, exactly at rest, while that falls */
 static void starts_and_stops(void **state)
@@ -168,13 +146,9 @@ static void starts_and_stops(void **state)
     SlipFault fault = Fault(1, 1, "constant", 1, residual * sigma - deficit);
     PetscReal K, eta, rise, start, v, u, stop, times[3] = {0, 10, 20}, pressure[3] = {0, peak, 0};
     const PetscReal *a;
-    SlipH5 h;
     Vec w;
 
-    ok(SlipH5Create(file, &h));
-    ok(SlipH5WriteReal(&h, "/time", 1, &rows, times, "s"));
-    ok(SlipH5WriteReal(&h, "/pressure", 3, dims, pressure, "Pa"));
-    ok(SlipH5Close(&h));
+    ok(WriteRecord(file, rows, times, 3, dims, pressure));
     ok(SlipFaultSetString(fault, "pore_pressure", file));
     ok(SlipFaultSetUp(fault));
     Numbers(fault, &K, &eta);
@@ -259,66 +233,4 @@ static void lands(void **state)
   ObjectsDestroy(&w, &fault);
 }
 
-/* ---- the default ---- */
-
-/* ---- another problem ---- */
-
-enum { POINTS = 63 };
-
-/* Heat on a line between two ends of 0, 1/(POINTS + 1) apart */
-static PetscErrorCode Heat(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
-{
-  const PetscReal *a = VecRead(u), over = (POINTS + 1) * (POINTS + 1);
-  PetscReal *b;
-
-  PetscCall(VecGetArrayWrite(f, &b));
-  for (int i = 0; i < POINTS; i++) b[i] = over * ((i ? a[i - 1] : 0) - 2 * a[i] + (i < POINTS - 1 ? a[i + 1] : 0));
-  return VecRestoreArrayWrite(f, &b);
-}
-
-/* Largest error at 0.1 of the first mode after n steps at -ts_rkc_rate, relative to what is left of it. In the start is
-   the fastest mode as well, which an unstable step would raise. */
-static PetscReal HeatError(PetscInt n, const char rate[])
-{
-  const PetscReal end = 0.1, h = 1.0 / (POINTS + 1);
-  const PetscReal slow = 4 / (h * h) * PetscSqr(sin(PETSC_PI * h / 2)), left = exp(-slow * end);
-  PetscReal error = 0, *a;
-  TSAdapt adapt;
-  Vec u;
-  TS ts;
-
-  ok(VecCreateSeq(PETSC_COMM_SELF, POINTS, &u));
-  ok(VecGetArrayWrite(u, &a));
-  for (int i = 0; i < POINTS; i++) a[i] = sin(PETSC_PI * (i + 1) * h) + 1e-6 * sin(POINTS * PETSC_PI * (i + 1) * h);
-  ok(VecRestoreArrayWrite(u, &a));
-  ok(PetscOptionsSetValue(NULL, "-ts_rkc_rate", rate));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(TSSetType(ts, TSRKC));
-  ok(TSSetRHSFunction(ts, NULL, Heat, NULL));
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTNONE));
-  ok(TSSetTimeStep(ts, end / (PetscReal)n));
-  ok(TSSetMaxTime(ts, end));
-  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
-  ok(TSSetFromOptions(ts));
-  ok(TSSolve(ts, u));
-  ok(PetscOptionsClearValue(NULL, "-ts_rkc_rate"));
-  ok(VecGetArray(u, &a));
-  for (int i = 0; i < POINTS; i++) error = fmax(error, fabs(a[i] - left * sin(PETSC_PI * (i + 1) * h)) / left);
-  ok(VecRestoreArray(u, &a));
-  ObjectsDestroy(&u, &ts);
-  return error;
-}
-
-/* Any right-hand side whose fastest rate is given, 4/h^2 = 16384 1/s here: of order 2, and unstable at a rate that is
-   too small, whose steps have too few stages */
-static void heat(void **state)
-{
-  const PetscReal coarse = HeatError(10, "16384"), fine = HeatError(20, "16384");
-
-  assert_true(coarse < 0.05); /* (0.1 pi^2)^2 / 100 over 6 and what the formula adds */
-  if (!(coarse / fine > 3.4 && coarse / fine < 4.7)) fail_msg("%g, %g: expected order 2", coarse, fine);
-  assert_false(HeatError(10, "1638.4") < 1);
-}
-
-SLIP_TESTS(heat, formulas, block, order, starts_and_stops, by_rate, against_bathe, lands)
+SLIP_TESTS(formulas, block, starts_and_stops, by_rate, against_bathe, lands)

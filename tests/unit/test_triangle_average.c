@@ -78,7 +78,6 @@ static void rectangles(void **state)
         worst[full] = PetscMax(worst[full], PetscAbsReal(sum - want) / own);
         AssertNear(sum, want, (full ? 1e-13 : 1e-7) * own);
       }
-  print_message("rectangles: off by %g, without a surface by %g\n", (double)worst[0], (double)worst[1]);
 }
 
 #define NODES 24
@@ -142,7 +141,6 @@ static void quadrature(void **state)
       AssertNear(both[i], want[i], 1e-7 * size);
     }
   }
-  print_message("quadrature: off by %g, without a surface by %g\n", (double)worst[0], (double)worst[1]);
 }
 
 /* Cells of a bent sheet, up to the ground or below it, each cut in two, with rakes of their own: [8] */
@@ -216,7 +214,6 @@ static void parts(void **state)
       }
     }
   }
-  print_message("parts: off by %g, without a surface by %g\n", (double)worst[0], (double)worst[1]);
 }
 
 /* The force of one cell on another one is that of the other one on it, to the bit: nothing has to be made symmetric. */
@@ -327,7 +324,6 @@ static void waves(void **state)
       for (int across = 0; across < 2; across++) {
         const PetscReal exact = 0.5 * k / (across == up ? 1 - nu : 1);
 
-        print_message("shape %d: waves off by %.3g k^2\n", shape, (double)((sum[across] / exact - 1) / (k * k)));
         AssertNear(sum[across], exact, 0.07 * k * k * exact);
       }
     }
