@@ -4,10 +4,9 @@
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
+from common import need
 
-need("h5py", "numpy", "matplotlib")
+need("matplotlib")
 import h5py
 import matplotlib
 
@@ -59,9 +58,8 @@ def draw_scaling(ax, columns, runs):
     for data, key, value, quantity, label, color, style in sets:
         if not data:
             continue
-        one, two = ({n: t for n, t, k, r in zip(data["n"], data[quantity], data[key], data["ranks"]) if k == value
-                     and r == p}
-                    for p in (1, 2))
+        one, two = ({n: t for n, t, k, r in zip(data["n"], data[quantity], data[key], data["ranks"]) if k == value and r
+                     == p} for p in (1, 2))
         sizes = sorted(set(one) & set(two))
         if sizes:
             ax.semilogx([n * n for n in sizes], [one[n] / two[n] for n in sizes], "o" + style, color=color, label=label,
@@ -107,8 +105,7 @@ def draw(source, target):
         if ax.get_legend_handles_labels()[0] and ax not in (axes[0, 1], axes[0, 2]):
             ax.legend(fontsize=8)
     figure.suptitle(f"3 km fault; {about['processor']}, {about['cores']} cores, load {about['load_average']:.1f} at "
-                    "the start; "
-                    f"commit {str(about['commit'])[:10]}, {about['date']}", fontsize=10)
+                    "the start; " f"commit {str(about['commit'])[:10]}, {about['date']}", fontsize=10)
     part = os.path.splitext(target)[0] + ".part.png"
     figure.savefig(part, dpi=110)
     plt.close(figure)

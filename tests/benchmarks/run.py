@@ -17,16 +17,14 @@ import subprocess
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
+from common import ROOT, need
 
-need("h5py", "numpy", "matplotlib")
+need("matplotlib")
 import h5py
 import numpy as np
 
 import plot
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SIZES = (25, 50, 100, 200, 512, 1000)
 # Largest size of each operator: dense matrices fill the memory, the others the day.
 LARGEST = {"k_dense": 100, "k_fft": 1000, "k_hmat": 200, "h_sqrtm": 512, "h_spectral": 1000, "h_lanczos": 512, "b": 512,
@@ -130,8 +128,7 @@ def numbers_of(cell, text):
 def hopeless(cell, cells):
     """Did the same on a smaller mesh take too long already?"""
     return any(c["status"] == "timeout" and c["n"] < cell.n and c["table"] == cell.table and c["ranks"] == cell.ranks
-               and
-               all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
+               and all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
 
 
 def measure(cell, cells, args):
