@@ -5,7 +5,7 @@ A cell is one process: an operator at one size (tests/operators), the linear sol
 (fault). All numbers of a cell are attributes of /cells/<name> of the output, which is written anew after each cell, so
 a benchmark that was stopped goes on where it was. Cells that fail are marked and do not stop the rest; --retry tries
 them again. At the end the same numbers are in tables (/operators, /iterations, /runs, one dataset a column, and
-/slopes), printed and plotted.
+/slopes), and printed.
 """
 
 import argparse
@@ -17,13 +17,9 @@ import subprocess
 import sys
 import time
 
-from common import ROOT, need
-
-need("matplotlib")
+from common import ROOT
 import h5py
 import numpy as np
-
-import plot
 
 SIZES = (25, 50, 100, 200, 512, 1000)
 # Largest size of each operator: dense matrices fill the memory, the others the day.
@@ -311,10 +307,8 @@ def main():
     except KeyboardInterrupt:
         sys.exit(f"\nbenchmark: stopped; the same command goes on from {args.output}")
     show(cells)
-    figure = os.path.splitext(args.output)[0] + ".png"
-    plot.draw(args.output, figure)
     failed = [name for name, cell in cells.items() if cell["status"] != "ok"]
-    print(f"\n{args.output}\n{figure}" + (f"\nnot measured: {', '.join(failed)}" if failed else ""))
+    print(f"\n{args.output}" + (f"\nnot measured: {', '.join(failed)}" if failed else ""))
 
 
 if __name__ == "__main__":
