@@ -296,8 +296,7 @@ def make_grown(kind):
             file["cells"] = [[1500, y, 1500, 3000, 3000] for y in (0.0, 5e3)]
             file["fault"] = [7, 2]
         subprocess.run([*EVENTS, "-fault_mesh", mesh, "-ts_max_time", "2e9", f"-fault_{kind}", path,
-                        "-fault_checkpoint", os.path.join(folder, "state")],
-                       env=ENVIRONMENT, capture_output=True)
+                        "-fault_checkpoint", os.path.join(folder, "state")], env=ENVIRONMENT, capture_output=True)
         if not os.path.exists(path):
             sys.exit(f"fault -fault_{kind} wrote no file")
         return path
@@ -368,20 +367,18 @@ def read_zips(paths):
     return results
 
 
-KINDS = {
-    **{name: Kind(make, mutate_hdf5, read_by_reader(name), name == "policy")
-       for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
-                          ("stiffness", make_stiffness), ("tolerances", make_shipped("tolerances.h5")),
-                          ("estimates", make_shipped("estimates.h5")))},
-    "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
-    "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
-    **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"), False)
-       for version, binary in (("2.2", False), ("4.1", True))},
-    "stations": Kind(make_stations, mutate_file, read_stations, False),
-    "checkpoint": Kind(make_checkpoint, mutate_checkpoint, read_with_program, True),
-    **{name: Kind(make_grown(name), mutate_hdf5, read_grown(name), False) for name in ("catalogue", "output")},
-    "zip": Kind(make_zip, mutate_zip, read_zips, False),
-}
+KINDS = {**{name: Kind(make, mutate_hdf5, read_by_reader(name), name == "policy") for name,
+            make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
+                     ("stiffness", make_stiffness), ("tolerances", make_shipped("tolerances.h5")),
+                     ("estimates", make_shipped("estimates.h5")))},
+         "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
+         "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
+         **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"),
+                                                    False) for version, binary in (("2.2", False), ("4.1", True))},
+         "stations": Kind(make_stations, mutate_file, read_stations, False),
+         "checkpoint": Kind(make_checkpoint, mutate_checkpoint, read_with_program, True),
+         **{name: Kind(make_grown(name), mutate_hdf5, read_grown(name), False) for name in ("catalogue", "output")},
+         "zip": Kind(make_zip, mutate_zip, read_zips, False),}
 
 
 # ---- the rules ----
@@ -447,8 +444,7 @@ def fuzz(kind, count, seed_number, keep):
                     ends[result.end] += 1
             shutil.rmtree(mutants)
     print(f"{kind}: {count} mutants, " + ", ".join(f"{n} {end}" for end, n in sorted(ends.items()))
-          + f", {broken} broke a rule; "
-          f"at most {slowest:.1f} s and {largest // 1024} MB")
+          + f", {broken} broke a rule; " f"at most {slowest:.1f} s and {largest // 1024} MB")
     return broken
 
 

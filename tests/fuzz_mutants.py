@@ -107,9 +107,8 @@ def mutate_attribute(rng, file, owner):
         return
     text = old.decode(errors="replace") if isinstance(old, bytes) else str(old)
     attributes[name] = [None, rng.choice(VALUES), np.ones((2, 3)), h5py.Empty("f8"),
-                        text + "x" * rng.choice([1, 70, 5000, 60000]),
-                        text[:-1] + "\n\x1b", h5py.Empty("S4"), np.array([text.encode()[:9], b"other"]),
-                        rng.choice([0, -1, 2, 2 ** 31, 2 ** 62])][how]
+                        text + "x" * rng.choice([1, 70, 5000, 60000]), text[:-1] + "\n\x1b", h5py.Empty("S4"),
+                        np.array([text.encode()[:9], b"other"]), rng.choice([0, -1, 2, 2 ** 31, 2 ** 62])][how]
 
 
 def mutate_object(rng, file):
@@ -150,9 +149,8 @@ def mutate_object(rng, file):
         data = other_type(rng, data)
     elif how == 7:
         data = rng.choice([data.ravel(), data.reshape((1,) * rng.randrange(7) + data.shape),
-                           data[:-1] if data.ndim else data,
-                           data.reshape(data.shape + (1,)), data.ravel()[:1].reshape(()) if data.size else data,
-                           data.T])
+                           data[:-1] if data.ndim else data, data.reshape(data.shape + (1,)),
+                           data.ravel()[:1].reshape(()) if data.size else data, data.T])
     else:
         shape = list(data.shape) or [1]
         shape[rng.randrange(len(shape))] = rng.choice(SIZES)

@@ -32,27 +32,22 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+import common
+from common import ROOT
 import h5py
 import numpy as np
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 # What every set of a program begins with. The scaling of the stiffness and the controller are named in every set, so
 # that a new default changes nothing. Trainings on random faults (cmaes) name
 # theirs.
-COMMON = {
-    "fault": "-fault_output run.h5 -fault_stiffness_scaling mean_slip",
-    "friction_law": "-fault_output run.h5 -fault_stiffness_scaling none",
-    "sliding_mode": "-sliding_mode_output run.h5",
-    "circuit": "-circuit_output run.h5",
-    "oscillator": "",
-    "train": "-train_output policy.h5 -train_log log.h5",
-    "evaluate": "-evaluate_output matrix.h5 -evaluate_repetitions 1 -fault_stiffness_scaling mean_slip",
-}
+COMMON = {"fault": "-fault_output run.h5 -fault_stiffness_scaling mean_slip",
+          "friction_law": "-fault_output run.h5 -fault_stiffness_scaling none",
+          "sliding_mode": "-sliding_mode_output run.h5",
+          "circuit": "-circuit_output run.h5",
+          "oscillator": "",
+          "train": "-train_output policy.h5 -train_log log.h5",
+          "evaluate": "-evaluate_output matrix.h5 -evaluate_repetitions 1 -fault_stiffness_scaling mean_slip",}
 TRAIN = "-train_progress 0 -train_steps 300 -train_batch 32"
 TRAIN_FAULT = f"{TRAIN} -fault_stiffness_scaling mean_slip"
 CMAES = ("-train_algorithm cmaes -train_singles 4 -train_meshes 2 -train_mesh_side 3 -train_batch_singles 3"
@@ -275,9 +270,7 @@ def inputs(folder):
                         *arguments], check=True, stdout=subprocess.DEVNULL)
 
     def write(name, **datasets):
-        with h5py.File(os.path.join(folder, name), "w") as file:
-            for key, values in datasets.items():
-                file[key] = values
+        common.write(os.path.join(folder, name), **datasets)
 
     os.makedirs(folder)
     mesh("graded.h5", "graded", "--cells", "24", "18")
@@ -314,8 +307,7 @@ def inputs(folder):
 def environment():
     """One thread a rank, ranks without cores of their own; options from the table only; each build's own policies."""
     env = {name: value for name, value in os.environ.items() if name not in ("SLIPSTEP_POLICY_DIR", "PETSC_OPTIONS")}
-    env.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1",
-               OMPI_MCA_btl_vader_single_copy_mechanism="none")
+    env.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", OMPI_MCA_btl_vader_single_copy_mechanism="none")
     if os.geteuid() == 0:
         env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     return env

@@ -20,15 +20,14 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path[:0] = [os.path.join(ROOT, "src", "package"), os.path.join(ROOT, "tests", "python")]
-from slipstep.modules import need
+from common import ROOT, need, write
 
-need("h5py", "numpy", "scipy")
+need("scipy")
 import h5py
 import numpy as np
 from scipy.optimize import nnls
 
+sys.path.insert(0, os.path.join(ROOT, "tests", "python"))
 from meshfiles import plane, write_hdf5
 from ruptures import draw as draw_rupture
 
@@ -130,12 +129,6 @@ def dyke(random):
     made("dyke.py", "make", "dyke", "--cell", size(random, 500, 1200), "--pressure", random.uniform(4, 7))
     return [*file("dyke"), "-fault_mesh", "dyke_mesh.h5", "-fault_parameters", "dyke_fields.h5", "-fault_pore_pressure",
             "dyke_pressure.h5"]
-
-
-def write(name, **datasets):
-    with h5py.File(name, "w") as out:
-        for key, values in datasets.items():
-            out[key] = values
 
 
 SPARSE = ["-fault_output_interval", 1000000]
@@ -271,10 +264,9 @@ def solve(names, runs):
         machine = next((line.split(":")[1].strip() for line in info if line.startswith("model name")), "a processor")
     with open(PRICES, "w") as out:
         out.write(f"/* Processor time of a unit of each kind of work [s], by {len(times)} runs on one core of an "
-                  f"{machine}.\n"
-                  "   tests/benchmarks/cost.py --calibrate writes this file. */\n"
-                  "static const PetscReal WorkPrices[SLIP_WORKS] = {\n" +
-                  "".join(f"  [SLIP_WORK_{name}] = (PetscReal){price:.4g},\n" for name, price in zip(names, prices))
+                  f"{machine}.\n" "   tests/benchmarks/cost.py --calibrate writes this file. */\n"
+                  "static const PetscReal WorkPrices[SLIP_WORKS] = {\n"
+                  + "".join(f"  [SLIP_WORK_{name}] = (PetscReal){price:.4g},\n" for name, price in zip(names, prices))
                   + "};\n")
 
 

@@ -16,18 +16,12 @@ import argparse
 import itertools
 import os
 import subprocess
-import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT
 import h5py
 import numpy as np
 
-sys.path.insert(0, os.path.join(ROOT, "examples"))
 import make_mesh
 
 G, RADIUS, DEPTH = 30e9, 1000.0, 20e3

@@ -92,8 +92,7 @@ def main():
                                         "-fault_rake", str(rake))
                     rms, inside, moment, rest = measure(points, triangles, S, a.poisson)
                     print(f"{across:6d}  {len(triangles):5d}  {average:7}  {rake:4g}  {100 * rms:7.2f}%  "
-                          f"{100 * inside:7.2f}%  {100 * moment:7.2f}%"
-                          f"  {rest:11.4f}", flush=True)
+                          f"{100 * inside:7.2f}%  {100 * moment:7.2f}%" f"  {rest:11.4f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -18,14 +18,9 @@ import argparse
 import os
 import re
 import subprocess
-import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT, write
 import h5py
 import numpy as np
 
@@ -36,8 +31,7 @@ FAMILIES = [(f"{rk} {adapt}", ["-ts_type", "rk", "-ts_rk_type", rk, "-ts_adapt_t
             for rk, tolerances in (("3bs", "1e-2 3e-3 1e-3 3e-4 1e-4"), ("5dp", "1e-3 3e-4 1e-4 5e-5 1e-5"))
             for adapt in ("basic", "dsp")]
 FAMILIES += [(f"adams {adapt}", ["-ts_type", "adams", "-ts_adapt_type", adapt], "-ts_rtol",
-              "3e-2 1e-2 3e-3 1e-3 3e-4 1e-4 1e-5")
-             for adapt in ("basic", "dsp", "pi")]
+              "3e-2 1e-2 3e-3 1e-3 3e-4 1e-4 1e-5") for adapt in ("basic", "dsp", "pi")]
 ERRORS = [3e-3, 2e-3, 1e-3, 5e-4, 3e-4, 1e-4, 5e-5]
 
 
@@ -82,9 +76,7 @@ def run(program, folder, fault, options):
     fields, numbers, years = fault
     nz, nx = fields["friction_a"].shape
     parameters, catalogue, log = (os.path.join(folder, name) for name in ("fields.h5", "events.h5", "log.txt"))
-    with h5py.File(parameters, "w") as f:
-        for name, values in fields.items():
-            f[name] = values
+    write(parameters, **fields)
     command = [program, "-fault_nx", nx, "-fault_nz", nz, "-fault_parameters", parameters, "-ts_max_time",
                repr(years * YEAR), "-fault_catalogue", catalogue,
                "-fault_output_overwrite", "-fault_progress", "no", "-log_view", ":" + log, *options]

@@ -17,20 +17,17 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
+from common import ROOT, need
 
-need("h5py", "numpy", "matplotlib")
+need("matplotlib")
 import h5py
 import numpy as np
 
-sys.dont_write_bytecode = True
 from slipstep.results import course
 import held_out_cases
 import held_out_score
 from held_out_run import Bench, BenchmarkError, Job
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DIALS = [1e-1, 5e-2, 2e-2, 1e-2, 3e-3]
 UNITS = {"mean_slip": "m", "wall_time_solve": "s"}
 

@@ -14,12 +14,11 @@ run the fault: `fault -options_file NAME.opts`.
 import dataclasses
 import json
 import os
-import sys
 
+import common  # noqa: F401: before modules that may be missing
 import h5py
 import numpy as np
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples"))
 import make_mesh
 
 SEED = 20261203
@@ -55,13 +54,11 @@ class Kind:
     mesh: bool = False
 
 
-KINDS = {
-    "single": Kind(40, cells=(1, 1), weakening=(1.5, 15), spread=(0, 0)),
-    "heterogeneous": Kind(10),
-    "rectangle": Kind(20, cells=(3, 20), aspect=(0.25, 1.5), spread=(0, 0.15)),
-    "irregular": Kind(10, cells=(4, 10), aspect=(0.3, 1.2), spread=(0.05, 0.3), mesh=True),
-    "linear": Kind(10, cells=(1, 10), law="linear_slip_weakening"),
-}
+KINDS = {"single": Kind(40, cells=(1, 1), weakening=(1.5, 15), spread=(0, 0)),
+         "heterogeneous": Kind(10),
+         "rectangle": Kind(20, cells=(3, 20), aspect=(0.25, 1.5), spread=(0, 0.15)),
+         "irregular": Kind(10, cells=(4, 10), aspect=(0.3, 1.2), spread=(0.05, 0.3), mesh=True),
+         "linear": Kind(10, cells=(1, 10), law="linear_slip_weakening"),}
 
 # rtol: 1e-5 to 10; the sparse ones for 50 x 50, and for everything with --sparse
 TOLERANCES = [float(f"{10 ** e:.6g}") for e in np.arange(19) / 3 - 5]

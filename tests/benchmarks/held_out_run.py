@@ -90,8 +90,7 @@ class Store:
 def command_line(job, output):
     c = job.case
     return [*c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options,
-            *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
-            "-fault_output", output, *LEAN]
+            *(["-ts_adapt_rl_policy", job.policy] if job.policy else []), "-fault_output", output, *LEAN]
 
 
 def read(output):
@@ -165,8 +164,7 @@ class Bench:
                 before = file.read().strip()
             if before != library:
                 print(f"Note: {self.folder} was begun with another build of the library ({before}, now {library}); "
-                      "what it has is"
-                      " reused. Remove the folder to start again.")
+                      "what it has is" " reused. Remove the folder to start again.")
         else:
             with open(mark, "w") as file:
                 file.write(library + "\n")
@@ -212,8 +210,7 @@ class Bench:
                 if time.time() - last > 10 or done == len(todo):
                     last = time.time()
                     print(f"  {done} of {len(todo)}, {last - begin:.0f} s, about "
-                          f"{(last - begin) / done * (len(todo) - done):.0f} s left",
-                          flush=True)
+                          f"{(last - begin) / done * (len(todo) - done):.0f} s left", flush=True)
         return [self.store.rows[key] for key in keys]
 
     def reference(self, case):
@@ -236,8 +233,7 @@ class Bench:
             coarse = fine
         else:
             raise BenchmarkError(f"{case.name} has no reference: fine runs still differ by {spread:.1e} in the course "
-                                 f"at rtol {rtol:g},"
-                                 f" expected < {FINE_AGREE:g}")
+                                 f"at rtol {rtol:g}," f" expected < {FINE_AGREE:g}")
         if np.isnan(rest):
             raise BenchmarkError(f"{case.name}: the event is not over at {case.duration:g} s, expected rest")
         _, steps = self.fine_run(case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt",

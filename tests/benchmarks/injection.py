@@ -32,14 +32,9 @@ import argparse
 import math
 import os
 import subprocess
-import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT
 import h5py
 import numpy as np
 

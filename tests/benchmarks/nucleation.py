@@ -16,10 +16,7 @@ import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+import common  # noqa: F401: before modules that may be missing
 import h5py
 import numpy as np
 
@@ -38,15 +35,12 @@ def length(fault, cells, options=()):
         with h5py.File(os.path.join(folder, "peak.h5"), "w") as file:
             file["initial_traction"] = ((RESIDUAL + DROP) * STRESS - 1e3 - below)[:, None]
         command = [fault, "-fault_nx", 1, "-fault_nz", cells, "-fault_length_x", 50 * WIDTH, "-fault_length_z", WIDTH,
-                   "-fault_depth_top", 0,
-                   "-fault_kernel", "full_space", "-fault_normal_stress", STRESS, "-fault_normal_stress_gradient", 0,
-                   "-fault_friction_residual", RESIDUAL,
-                   "-fault_friction_drop", DROP, "-fault_friction_law", "linear_slip_weakening", "-fault_friction_slip",
-                   STRESS * DROP / WEAKENING,
-                   "-fault_initial", "traction", "-fault_parameters", "peak.h5", "-fault_stressing_rate", 0.01,
-                   "-fault_inertia", "no",
-                   "-fault_viscosity", "radiation", "-ts_adapt_type", "heuristic", "-ts_max_time", 1e8, "-ts_max_steps",
-                   1500, "-fault_output", "run.h5",
+                   "-fault_depth_top", 0, "-fault_kernel", "full_space", "-fault_normal_stress", STRESS,
+                   "-fault_normal_stress_gradient", 0, "-fault_friction_residual", RESIDUAL, "-fault_friction_drop",
+                   DROP, "-fault_friction_law", "linear_slip_weakening", "-fault_friction_slip",
+                   STRESS * DROP / WEAKENING, "-fault_initial", "traction", "-fault_parameters", "peak.h5",
+                   "-fault_stressing_rate", 0.01, "-fault_inertia", "no", "-fault_viscosity", "radiation",
+                   "-ts_adapt_type", "heuristic", "-ts_max_time", 1e8, "-ts_max_steps", 1500, "-fault_output", "run.h5",
                    "-fault_output_fields", "slip_rate", "-fault_output_interval", 10 ** 6, "-fault_output_rate_change",
                    3, "-fault_progress", "no", *options]
         done = subprocess.run([str(word) for word in command], cwd=folder, capture_output=True, text=True)

@@ -20,15 +20,10 @@ import json
 import os
 import sys
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT
 import h5py
 import numpy as np
 
-sys.dont_write_bytecode = True
 from slipstep.results import course
 import products_cases
 from held_out_cases import Case
@@ -226,8 +221,7 @@ def report_moves(cases, rows):
     kinds = {kind: [c.name for c in cases if kind_of(c) == kind] for kind in dict.fromkeys(map(kind_of, cases))}
     kinds["all"] = [c.name for c in cases]
     print(f"\nlargest move of the dial [decades] with which {MOVED_SHARE:.0%} and {SHARE:.0%} are kept, and what it "
-          f"costs in products\n{'kind':<11}" +
-          "".join(f"{dial:>32g}" for dial in DIALS))
+          f"costs in products\n{'kind':<11}" + "".join(f"{dial:>32g}" for dial in DIALS))
     for kind, names in kinds.items():
         line = f"{kind:<11}"
         at = {a: [r for r in rows if r["setting"] == a and r["case"] in names] for a in LADDER}

@@ -8,15 +8,14 @@ a field of strength and stress that varies.
 
 import dataclasses
 import os
-import sys
 
+from common import write
 import h5py
 import numpy as np
 
 import held_out_cases
 from held_out_cases import Case, Kind, log_uniform, rounded
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples"))
 import make_fault
 
 WIDE = {"weakening": (1.5, 15), "spread": (0, 0.3)}
@@ -63,15 +62,13 @@ def start(random):
     return ["-fault_initial_perturbation", "1e-5", "-fault_damping_ratio", f"{0.1 + 0.5 * random.random():.4g}"]
 
 
-EVENTS = {
-    "event": Row(Kind(0, cells=(1, 20), aspect=(0.25, 1.5), law="exponential_slip_weakening", **WIDE)),
-    "linear": Row(Kind(0, cells=(1, 20), aspect=(0.25, 1.5), law="linear_slip_weakening", **WIDE)),
-    "irregular": Row(Kind(0, cells=(3, 10), aspect=(0.3, 1.2), mesh=True, **WIDE), one_plane),
-    "parallel": Row(Kind(0, cells=(3, 8), aspect=(0.3, 1.2), mesh=True, **WIDE), two_planes),
-    "vectors": Row(Kind(0, **GRID), unscaled, vectors),
-    "dipping": Row(Kind(0, **GRID), unscaled, dipping),
-    "triangles": Row(Kind(0, cells=(3, 7), aspect=(0.3, 1.2), mesh=True, **WIDE), one_plane, triangles=True),
-}
+EVENTS = {"event": Row(Kind(0, cells=(1, 20), aspect=(0.25, 1.5), law="exponential_slip_weakening", **WIDE)),
+          "linear": Row(Kind(0, cells=(1, 20), aspect=(0.25, 1.5), law="linear_slip_weakening", **WIDE)),
+          "irregular": Row(Kind(0, cells=(3, 10), aspect=(0.3, 1.2), mesh=True, **WIDE), one_plane),
+          "parallel": Row(Kind(0, cells=(3, 8), aspect=(0.3, 1.2), mesh=True, **WIDE), two_planes),
+          "vectors": Row(Kind(0, **GRID), unscaled, vectors),
+          "dipping": Row(Kind(0, **GRID), unscaled, dipping),
+          "triangles": Row(Kind(0, cells=(3, 7), aspect=(0.3, 1.2), mesh=True, **WIDE), one_plane, triangles=True),}
 RUPTURES = {"rupture": Row(), "opening": Row(options=opening)}
 KINDS = {**EVENTS, **RUPTURES}
 LIMIT = 250  # an event that does not rest by then is drawn again [periods over 2 pi of one cell]
@@ -132,9 +129,7 @@ def rupture(random, row, k, path):
     if extra:
         fields["normal_stress"] = (stress, "Pa")
     law = "linear_slip_weakening" if k % 3 == 2 else "exponential_slip_weakening"
-    with h5py.File(path, "w") as file:
-        for name, (values, _) in fields.items():
-            file[name] = values
+    write(path, **{name: values for name, (values, _) in fields.items()})
     p = {"nx": nx, "nz": nz, "length_x": side * nx, "length_z": side * nz, "depth_top": side if extra else 0,
          "friction_residual": 0.5, "friction_law": law,
          "thickness": log_uniform(random, 0.3, 1) * side * max(nx, nz), "initial": "traction",

@@ -18,10 +18,9 @@ import sys
 import tempfile
 import urllib.request
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
+from common import need
 
-need("h5py", "numpy", "matplotlib")
+need("matplotlib")
 from slipstep.formats.projection import Projection
 from slipstep.formats.readers import read
 from slipstep.formats.said import size_of
@@ -34,29 +33,27 @@ KMATERNA = "kmaterna/Elastic_stresses_py@4af0628331e1d589cdb8d29314c73d8c98b0b55
 MODELLING = "ucgmsim/source_modelling@1c00cf2ea9d1a4fc58d3e4c5deadf3bdc8df9f76"
 # repository and commit, files (the first is read), options, and of the header: area [km2], upper edge [km], moment [N
 # m]; None: it is a fault without slip
-FILES = (
-    ("phoebemrdevries/Process-Srcmod-Files@8961f78171305ad02541cd53f2191dc84db8440f", ("s1992LANDER01COHE.fsp",), (),
-     27 * 18 + 30 * 18 + 45 * 18, 0.0, 4.66e19),
-    (KMATERNA, ("examples/Norcia_Example/s2016NORCIA01PIZZ.fsp",), (), 36 * 13, 1.46515, 7.1e18),
-    (KMATERNA, ("examples/strike-slip-example/Inputs/s2004PARKFI01CUST.fsp",), (), 40 * 15, 0.5, 1.36e18),
-    (MODELLING, ("tests/fsps/s1999IZMITTbouc.fsp",), (), 155 * 18, 0.01, 2.70e20),
-    (USGS, ("tests/data/products/000714t/p000714t.fsp",), (), 225 * 70 + 225 * 60, 11.83, 2.1948157e21),
-    (USGS, ("tests/data/products/000714t/p000714t.param",), (), 15 * 15 * 7 * 10 + 15 * 15 * 6 * 10, 11.83,
-     2.1948157e21),
-    (USGS, ("tests/data/products/insar_product/basic_inversion.param",), (), 27 * 2.0 * 12 * 1.97, 0.122376,
-     1.055262651644e19),
-    (USGS, ("tests/data/products/000714t/p000714t_coulomb.inp",), (), 225 * 70 + 225 * 60, 11.83, 2.19e21),
-    ("geodynamics/sw4@03cb7e8d77aa32ecd671a8fa0e146a9ccf2c1846", ("examples/essi/m5.5-5.6x5.6.s200.0.v5.1.srf",), (),
-     5.6 * 5.6, 1.0, "no moment"),
-    (MODELLING, ("tests/srfs/test_v2.srf.gz",), (), 5.0699 * 5.0699, 0.0, 10 ** (1.5 * 5.4 + 9.05)),
-    (HBI, ("examples/bp5r.in", "examples/bp5r_param.dat"), (), 100 * 40, 0.0, None),
-    ("thwbecker/interact@5be436eed123582ac2dcb1d0cb067389000c024d", ("seas_bp_tests/bp5/geom_bp5_1km.in",),
-     ("--unit", "m"), 100 * 40, 0.0, None),
-    ("limkjae/Quake-DFN@9f5e104dfdaba816dcec71bdc84b782e76b0ff16",
-     ("CuboidCoupling/Example2_RadialInjection/Input_BulkFaultGeometry.txt",), (), None, 1.5, None),
-    (PYQUAKE, ("examples/BP5-QD/parameter.txt", "examples/BP5-QD/bp5t.msh", "examples/BP5-QD/bp5tparam.dat"), (),
-     100 * 40, 0.0, None),
-)
+FILES = (("phoebemrdevries/Process-Srcmod-Files@8961f78171305ad02541cd53f2191dc84db8440f", ("s1992LANDER01COHE.fsp",),
+          (), 27 * 18 + 30 * 18 + 45 * 18, 0.0, 4.66e19),
+         (KMATERNA, ("examples/Norcia_Example/s2016NORCIA01PIZZ.fsp",), (), 36 * 13, 1.46515, 7.1e18),
+         (KMATERNA, ("examples/strike-slip-example/Inputs/s2004PARKFI01CUST.fsp",), (), 40 * 15, 0.5, 1.36e18),
+         (MODELLING, ("tests/fsps/s1999IZMITTbouc.fsp",), (), 155 * 18, 0.01, 2.70e20),
+         (USGS, ("tests/data/products/000714t/p000714t.fsp",), (), 225 * 70 + 225 * 60, 11.83, 2.1948157e21),
+         (USGS, ("tests/data/products/000714t/p000714t.param",), (), 15 * 15 * 7 * 10 + 15 * 15 * 6 * 10, 11.83,
+          2.1948157e21),
+         (USGS, ("tests/data/products/insar_product/basic_inversion.param",), (), 27 * 2.0 * 12 * 1.97, 0.122376,
+          1.055262651644e19),
+         (USGS, ("tests/data/products/000714t/p000714t_coulomb.inp",), (), 225 * 70 + 225 * 60, 11.83, 2.19e21),
+         ("geodynamics/sw4@03cb7e8d77aa32ecd671a8fa0e146a9ccf2c1846", ("examples/essi/m5.5-5.6x5.6.s200.0.v5.1.srf",),
+          (), 5.6 * 5.6, 1.0, "no moment"),
+         (MODELLING, ("tests/srfs/test_v2.srf.gz",), (), 5.0699 * 5.0699, 0.0, 10 ** (1.5 * 5.4 + 9.05)),
+         (HBI, ("examples/bp5r.in", "examples/bp5r_param.dat"), (), 100 * 40, 0.0, None),
+         ("thwbecker/interact@5be436eed123582ac2dcb1d0cb067389000c024d", ("seas_bp_tests/bp5/geom_bp5_1km.in",),
+          ("--unit", "m"), 100 * 40, 0.0, None),
+         ("limkjae/Quake-DFN@9f5e104dfdaba816dcec71bdc84b782e76b0ff16",
+          ("CuboidCoupling/Example2_RadialInjection/Input_BulkFaultGeometry.txt",), (), None, 1.5, None),
+         (PYQUAKE, ("examples/BP5-QD/parameter.txt", "examples/BP5-QD/bp5t.msh", "examples/BP5-QD/bp5tparam.dat"), (),
+          100 * 40, 0.0, None),)
 
 
 def get(repository, path, git):

@@ -5,7 +5,7 @@ A cell is one process: an operator at one size (tests/operators), the linear sol
 (fault). All numbers of a cell are attributes of /cells/<name> of the output, which is written anew after each cell, so
 a benchmark that was stopped goes on where it was. Cells that fail are marked and do not stop the rest; --retry tries
 them again. At the end the same numbers are in tables (/operators, /iterations, /runs, one dataset a column, and
-/slopes), printed and plotted.
+/slopes), and printed.
 """
 
 import argparse
@@ -17,16 +17,10 @@ import subprocess
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy", "matplotlib")
+from common import ROOT
 import h5py
 import numpy as np
 
-import plot
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SIZES = (25, 50, 100, 200, 512, 1000)
 # Largest size of each operator: dense matrices fill the memory, the others the day.
 LARGEST = {"k_dense": 100, "k_fft": 1000, "k_hmat": 200, "h_sqrtm": 512, "h_spectral": 1000, "h_lanczos": 512, "b": 512,
@@ -130,8 +124,7 @@ def numbers_of(cell, text):
 def hopeless(cell, cells):
     """Did the same on a smaller mesh take too long already?"""
     return any(c["status"] == "timeout" and c["n"] < cell.n and c["table"] == cell.table and c["ranks"] == cell.ranks
-               and
-               all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
+               and all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
 
 
 def measure(cell, cells, args):
@@ -314,10 +307,8 @@ def main():
     except KeyboardInterrupt:
         sys.exit(f"\nbenchmark: stopped; the same command goes on from {args.output}")
     show(cells)
-    figure = os.path.splitext(args.output)[0] + ".png"
-    plot.draw(args.output, figure)
     failed = [name for name, cell in cells.items() if cell["status"] != "ok"]
-    print(f"\n{args.output}\n{figure}" + (f"\nnot measured: {', '.join(failed)}" if failed else ""))
+    print(f"\n{args.output}" + (f"\nnot measured: {', '.join(failed)}" if failed else ""))
 
 
 if __name__ == "__main__":

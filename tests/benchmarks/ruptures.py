@@ -20,11 +20,7 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT, write
 import h5py
 import numpy as np
 
@@ -37,12 +33,10 @@ ACCURACIES = ("1e-1", "1e-2", "3e-3")
 SHEAR_MODULUS, S_WAVES = 30e9, 3000
 REFERENCE = ("-ts_type", "adams", "-ts_rtol", "3e-6")
 TOLERANCES = ("3e-1", "1e-1", "3e-2", "1e-2", "3e-3", "1e-3")
-SETTINGS = {
-    **{f"{kind} {rtol}": ("-ts_type", kind, "-ts_rtol", rtol) for kind in ("adams", "rkc") for rtol in TOLERANCES},
-    **{f"bathe rl {a}": ("-ts_type", "bathe", "-fault_accuracy", a) for a in ACCURACIES},
-    **{f"bathe {c} {rtol}": ("-ts_type", "bathe", "-ts_adapt_type", c, "-ts_rtol", rtol) for c in ("pi", "dsp")
-       for rtol in ("1e-1", "1e-2", "1e-3")},
-}
+SETTINGS = {**{f"{kind} {rtol}": ("-ts_type", kind, "-ts_rtol", rtol) for kind in ("adams", "rkc") for rtol
+               in TOLERANCES}, **{f"bathe rl {a}": ("-ts_type", "bathe", "-fault_accuracy", a) for a in ACCURACIES},
+            **{f"bathe {c} {rtol}": ("-ts_type", "bathe", "-ts_adapt_type", c, "-ts_rtol", rtol) for c in ("pi", "dsp")
+               for rtol in ("1e-1", "1e-2", "1e-3")},}
 
 
 def log_uniform(random, low, high):
@@ -90,9 +84,7 @@ class Runs:
         self.start = self(["-fault_nx", "1", "-fault_nz", "1", "-ts_adapt_type", "pi"], repeat=5)[2]
 
     def fields(self, fields):
-        with h5py.File(os.path.join(self.folder, "fields.h5"), "w") as file:
-            for name, values in fields.items():
-                file[name] = values
+        write(os.path.join(self.folder, "fields.h5"), **fields)
 
     def __call__(self, options, repeat=1):
         """(course, times at which cells broke [s], processor time [s])"""
@@ -100,9 +92,8 @@ class Runs:
         times = []
         for _ in range(repeat):
             done = subprocess.run([self.program, *options, "-fault_parameters", "fields.h5", "-fault_output", run,
-                                   "-fault_output_overwrite",
-                                   "-fault_output_fields", "slip", "-fault_output_interval", "1000000",
-                                   "-fault_catalogue", events, "-fault_catalogue_maps"], cwd=self.folder,
+                                   "-fault_output_overwrite", "-fault_output_fields", "slip", "-fault_output_interval",
+                                   "1000000", "-fault_catalogue", events, "-fault_catalogue_maps"], cwd=self.folder,
                                   capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
             if done.returncode:
                 sys.exit(f"ruptures.py: {' '.join(options)} ended with {done.returncode}: {done.stderr[-500:]}")

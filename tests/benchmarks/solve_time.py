@@ -16,13 +16,9 @@ import statistics
 import subprocess
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT
 import h5py
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PLAIN = ["-fault_operator", "dense", "-pc_type", "none"]
 NUMBERS = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)",
            "solves": r"Bathe solves: *(\d+)", "mean_slip": r"final mean slip: *([-+.\de]+)",

@@ -31,15 +31,10 @@ import sys
 import tempfile
 import time
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path[:0] = [os.path.join(ROOT, "src", "package"), os.path.join(ROOT, "examples")]
-from slipstep.modules import need
-
-need("h5py", "numpy")
+from common import ROOT
 import h5py
 import numpy as np
 
-sys.dont_write_bytecode = True
 from slipstep.results import course
 import verdict_cases
 import held_out_run
@@ -71,8 +66,7 @@ def arguments():
     parser.add_argument("--output", metavar="F.h5",
                         help="file for the factors of --calibrate, which -fault_estimates reads")
     parser.add_argument("--prove", type=int, default=0, metavar="N", help="compare the references of the first N "
-                        "faults with finer ones, and "
-                        "-fault_check_error with those")
+                        "faults with finer ones, and " "-fault_check_error with those")
     parser.add_argument("--measure", default="history", choices=ATTRIBUTES,
                         help="of the default policy, and of the verdicts")
     parser.add_argument("--method", default="implicit", choices=DIALS, help="of the runs: -ts_bathe_method")
@@ -281,8 +275,7 @@ def proof(faults, measure):
     ratio = np.array([check / max(error, 1e-6) for _, check, error in runs])
     right = np.mean([(error <= run["setting"]) == (check <= run["setting"]) for run, check, error in runs])
     print(f"-fault_check_error on {len(runs)} runs, its error ({measure}) over the reference's: quantiles 5, 25, 50, "
-          "75, 95 %: "
-          + ", ".join(f"{q:.2f}" for q in np.quantile(ratio, [.05, .25, .5, .75, .95]))
+          "75, 95 %: " + ", ".join(f"{q:.2f}" for q in np.quantile(ratio, [.05, .25, .5, .75, .95]))
           + f"; its met / not met is right in {right:.1%}")
 
 

@@ -11,13 +11,8 @@ a cell; its singular values say how many numbers an error takes.
 """
 
 import argparse
-import os
-import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
-from slipstep.modules import need
-
-need("numpy")
+import common  # noqa: F401: before modules that may be missing
 import numpy as np
 
 WIDE = 4  # standard deviations of a pulse that count

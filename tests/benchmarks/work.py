@@ -14,14 +14,11 @@ import argparse
 import json
 import os
 import subprocess
-import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "src", "package"))
-from slipstep.modules import need
+from common import ROOT, need
 
-need("h5py", "numpy", "matplotlib")
+need("matplotlib")
 import h5py
 import matplotlib
 
@@ -49,19 +46,17 @@ def classical(name):
 
 
 # label: (marker and line, runs)
-SETS = {
-    "study's heuristic": ("s--", [(*PUBLISHED, "-ts_bathe_error", "doubling", "-ts_adapt_type", "heuristic", "-ts_rtol",
-                                   tolerance) for tolerance in TOLERANCES]),
-    "study's agent (TQC, TD3)": ("x", [(*PUBLISHED, "-ts_adapt_type", "rl", "-ts_adapt_rl_strict",
-                                        "-ts_adapt_rl_policy", STUDY.format(alpha))
-                                       for alpha in ("0.5", "1", "2", "4", "8", "16", "32", "128")]),
-    "rl, implicit steps": ("o-", [("-ts_bathe_method", "implicit", "-fault_accuracy", dial) for dial in DIALS]),
-    "explicit or implicit, heuristic": ("^:", classical("heuristic")),
-    "explicit or implicit, pi": ("<:", classical("pi")),
-    "explicit or implicit, dsp": (">:", classical("dsp")),
-    "explicit, constant": ("v:", [("-ts_type", "moreau", *constant(n)) for n in (200, 260, 340, 500, 800)]),
-    "default: explicit or implicit, rl": ("D-", [("-fault_accuracy", dial) for dial in DIALS]),
-}
+SETS = {"study's heuristic": ("s--", [(*PUBLISHED, "-ts_bathe_error", "doubling", "-ts_adapt_type", "heuristic",
+                                       "-ts_rtol", tolerance) for tolerance in TOLERANCES]),
+        "study's agent (TQC, TD3)": ("x", [(*PUBLISHED, "-ts_adapt_type", "rl", "-ts_adapt_rl_strict",
+                                            "-ts_adapt_rl_policy", STUDY.format(alpha)) for alpha
+                                           in ("0.5", "1", "2", "4", "8", "16", "32", "128")]),
+        "rl, implicit steps": ("o-", [("-ts_bathe_method", "implicit", "-fault_accuracy", dial) for dial in DIALS]),
+        "explicit or implicit, heuristic": ("^:", classical("heuristic")),
+        "explicit or implicit, pi": ("<:", classical("pi")),
+        "explicit or implicit, dsp": (">:", classical("dsp")),
+        "explicit, constant": ("v:", [("-ts_type", "moreau", *constant(n)) for n in (200, 260, 340, 500, 800)]),
+        "default: explicit or implicit, rl": ("D-", [("-fault_accuracy", dial) for dial in DIALS]),}
 
 
 def run(fault, cells, options, path):

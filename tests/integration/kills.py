@@ -31,27 +31,24 @@ FFT = "-fault_nx 12 -fault_nz 10 -fault_operator fft -ts_max_time 6"
 # Waiting for a disk would take most of the time, and a process that is killed leaves what it wrote either way.
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 # name, ranks, options: some hundred steps each
-CASES = [
-    ("heuristic", 1, GRID + " -ts_rtol 1e-5"),
-    ("pi", 1, GRID + " -ts_adapt_type pi -ts_rtol 1e-5"),
-    ("rl", 1, GRID + " -ts_adapt_type rl -ts_adapt_dt_max 0.03"),
-    ("basic", 1, GRID + " -ts_adapt_type basic -ts_rtol 1e-5"),
-    ("dsp", 1, GRID + " -ts_adapt_type dsp -ts_rtol 1e-5"),
-    ("doubling", 1, GRID + " -ts_bathe_error doubling -ts_bathe_reaction implicit -ts_rtol 1e-2"),
-    ("fft", 1, FFT + " -ts_rtol 1e-4"),
-    ("lanczos", 1, FFT + " -fault_viscosity lanczos -ts_rtol 1e-4"),
-    ("mesh", 1, MESH + " -ts_rtol 1e-4"),
-    ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
-    ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
-    ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law "
-     "rate_weakening -ts_max_time 4e9 -ts_adapt_type rl"),
-]
+CASES = [("heuristic", 1, GRID + " -ts_rtol 1e-5"),
+         ("pi", 1, GRID + " -ts_adapt_type pi -ts_rtol 1e-5"),
+         ("rl", 1, GRID + " -ts_adapt_type rl -ts_adapt_dt_max 0.03"),
+         ("basic", 1, GRID + " -ts_adapt_type basic -ts_rtol 1e-5"),
+         ("dsp", 1, GRID + " -ts_adapt_type dsp -ts_rtol 1e-5"),
+         ("doubling", 1, GRID + " -ts_bathe_error doubling -ts_bathe_reaction implicit -ts_rtol 1e-2"),
+         ("fft", 1, FFT + " -ts_rtol 1e-4"),
+         ("lanczos", 1, FFT + " -fault_viscosity lanczos -ts_rtol 1e-4"),
+         ("mesh", 1, MESH + " -ts_rtol 1e-4"),
+         ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
+         ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
+         ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law "
+          "rate_weakening -ts_max_time 4e9 -ts_adapt_type rl"),]
 # in place of those, by --only, where there is a device of OpenCL
 DEVICE = [("device", 1, "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault_length_z 16e3 -fault_friction_law "
            "rate_and_state -fault_normal_stress 25e6 "
            "-fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.1 -fault_friction_a 0.015 "
-           "-fault_friction_b 0.02 "
-           "-ts_max_time 4e9 -fault_device opencl")]
+           "-fault_friction_b 0.02 " "-ts_max_time 4e9 -fault_device opencl")]
 # of a catalogue: of the loaded fault it has many events, in the others one is under way
 EVENTS = ["-fault_catalogue_maps", "-fault_catalogue"]
 

@@ -6,9 +6,9 @@
 Each case is run unbroken, without checkpoints. Then, for each moment, it is stopped after a number of steps
 (-ts_max_steps) and goes on to its end from its checkpoint; every other time it goes on for two steps first, and then
 from the checkpoint that was written between these, and once more where that one is written right before all cells come
-to rest. All datasets of output and catalogue, stations and maps included, and the attributes of /result are compared
-bit for bit, wall times aside. Prints a table with a row a case: steps, events, and for each moment the number of
-datasets and attributes that differ. The exit code is 1 unless all are 0. Without --all a few cases, which
+to rest. All datasets of output and catalogue, stations on the fault and on the ground and maps included, and the
+attributes of /result are compared bit for bit, wall times aside. Prints a table with a row a case: steps, events, and
+for each moment the number of datasets and attributes that differ. The exit code is 1 unless all are 0. Without --all a few cases, which
 test_restarts.sh runs; --steps prints where series first differ.
 """
 import argparse
@@ -54,7 +54,8 @@ VECTORS = THRUST.replace("-fault_rake 90", "-fault_rake 60") + " -fault_slip_com
 # Cells of two lengths of weakening, which the policy does not know: it hands over at once
 HANDED = f"-fault_nx {NX} -fault_nz {NZ} -fault_parameters two_lengths.h5 -ts_max_time 15"
 LAST = ["-ts_max_steps", str(STEPS)]  # some of these controllers do not end, with steps of a rounding
-COMMON = "-fault_stations 1500,1500;6500,2500 -fault_catalogue_maps -fault_output_interval 7"
+COMMON = ("-fault_stations 1500,1500;6500,2500 -fault_surface_stations 1000,2000;500,-700 -fault_catalogue_maps "
+          "-fault_output_interval 7")
 
 
 def cases():
@@ -139,8 +140,7 @@ def first_difference():
             if len(wrong) or len(x) != len(y):
                 k = wrong[0] if len(wrong) else n
                 print(f"    {name}: {len(x)} and {len(y)} rows, first at {k}, relative there "
-                      f"{abs(y[k] / x[k] - 1) if k < n else 0:.1e},"
-                      f" at the end {abs(y[n - 1] / x[n - 1] - 1):.1e}")
+                      f"{abs(y[k] / x[k] - 1) if k < n else 0:.1e}," f" at the end {abs(y[n - 1] / x[n - 1] - 1):.1e}")
 
 
 def broken_run(build, options, step, between, show):
@@ -196,8 +196,7 @@ def main():
                 found.append(broken_run(build, options, moments[-1], True, args.steps))
             os.chdir("/")
         print(f"| {name} | {steps} | {int(result['rejected'])} | {int(result['events'])} | "
-              f"{', '.join(map(str, moments))} | "
-              f"{', '.join(map(str, found))} |", flush=True)
+              f"{', '.join(map(str, moments))} | " f"{', '.join(map(str, found))} |", flush=True)
         failed += sum(found) > 0
     return 1 if failed else 0
 

@@ -60,7 +60,7 @@ P
 tiny=("$fault" -fault_nx 3 -fault_nz 3 -ts_adapt_type heuristic -ts_rtol 1e-3)
 "${tiny[@]}" -fault_stiffness_average cell -fault_checkpoint c.h5 -ts_max_steps 5 >log 2>&1
 [ -f c.h5 ] || fail "no checkpoint: $(cat log)"
-refuses "stiffness_average is centre, was cell" -- "${tiny[@]}" -fault_restart c.h5
+refuses "stiffness_average is centre" -- "${tiny[@]}" -fault_restart c.h5
 "${tiny[@]}" -fault_stiffness_average cell -fault_restart c.h5 >log 2>&1 || fail "no restart: $(cat log)"
 refuses "-fault_stiffness_average" '"edge"' "centre, cell, whole" -- "${tiny[@]}" -fault_stiffness_average edge
 refuses "-fault_stiffness_average whole" "-fault_viscosity spectral" -- "${tiny[@]}" -fault_stiffness_average whole -fault_viscosity spectral

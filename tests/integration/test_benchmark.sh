@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/benchmarks/run.sh --quick: stopped, it goes on where it was; a cell that fails is marked, does not stop the rest
-# and can be tried again; the HDF5 file has every number and the plot is there.
+# and can be tried again; the HDF5 file has every number.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 
@@ -60,8 +60,6 @@ with h5py.File("result.h5") as f:
     bad = [name for name, good in dict(ok=ok, complete=complete, memory=memory, positive=positive, same=same, grows=grows,
                                        units=units).items() if not good]
 print("FAILED: " + ", ".join(bad) if bad else "the file is complete")
-with open("result.png", "rb") as f:
-    header = f.read(8)
-sys.exit(bool(bad) or header != b"\x89PNG\r\n\x1a\n")
+sys.exit(bool(bad))
 P
 exit $failed

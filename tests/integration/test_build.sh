@@ -35,11 +35,11 @@ fake "$work/empty" 3.22.1 real
 
 arguments=()
 environment=(PETSC_DIR="$work/nowhere" PETSC_ARCH=arch-y)
-expect "PETSC_DIR is \"$work/nowhere\" and PETSC_ARCH \"arch-y\"" "there is no PETSc.pc"
+expect "$work/nowhere" "\"arch-y\"" PETSc.pc
 environment=(PETSC_DIR="$work/old")
 expect "$work/old/lib/pkgconfig/PETSc.pc is version 3.17.4"
 environment=(PETSC_DIR="$work/complex" PETSC_ARCH=arch-x PKG_CONFIG_PATH="$libdir/pkgconfig")
-expect "has complex scalars of 64 bits"
+expect "complex scalars"
 environment=(PKG_CONFIG_PATH="$work/old/lib/pkgconfig:$libdir/pkgconfig") # before the system's
 expect "is version 3.17.4"
 
@@ -50,7 +50,7 @@ taken=$(sed -n 's/^SLIPSTEP_PETSC_PC:[A-Z]*=//p' build/CMakeCache.txt)
 [ "$(readlink -f "$taken")" = "$(readlink -f "$libdir/pkgconfig/$(basename "$pc")")" ] || fail "took $taken instead of $libdir/pkgconfig"
 # and a build folder keeps it
 if PETSC_DIR="$work/empty" cmake build >log 2>&1; then fail "a build folder changed its PETSc"; fi
-tr -s ' \n' ' ' <log | grep -q "this build folder was made for the PETSc of" || fail "no message on a changed PETSc: $(cat log)"
+tr -s ' \n' ' ' <log | grep -q "this build folder" || fail "no message on a changed PETSc: $(cat log)"
 cmake build >log 2>&1 || fail "configuring again without PETSC_DIR: $(cat log)"
 
 # without cmocka a build has the other tests

@@ -171,7 +171,7 @@ cp old.h5 reference
 refuses later "for -sliding_mode_case" -- "$bin/sliding_mode" -sliding_mode_case later
 refuses "-sliding_mode_start is 0" -- "$bin/sliding_mode" -sliding_mode_start 0
 refuses "-sliding_mode_frequency is -1" -- "$bin/sliding_mode" -sliding_mode_frequency -1
-refuses "-ts_type theta knows no friction" -- "$bin/sliding_mode" -ts_type theta -sliding_mode_output old.h5
+refuses "-ts_type theta" -- "$bin/sliding_mode" -ts_type theta -sliding_mode_output old.h5
 refuses "-sliding_mode_start is nan" -- "$bin/sliding_mode" -sliding_mode_start nan
 refuses "-sliding_mode_amplitude is nan" -- "$bin/sliding_mode" -sliding_mode_amplitude nan
 refuses "-ts_max_time is -1" -- "$bin/sliding_mode" -ts_max_time -1
@@ -180,18 +180,18 @@ refuses "-ts_max_time is -1" -- "$bin/oscillator" -ts_max_time -1
 refuses "$dt is nan" -- "$bin/oscillator" -ts_dt nan
 refuses "$dt is -1" -- "$bin/circuit" -ts_dt -1
 refuses "-ts_rtol is -1" -- "$bin/circuit" -ts_rtol -1
-refuses "sliding_mode.h5 was trained for the problem sliding_mode, not for circuit" -- "$bin/circuit" -ts_adapt_type rl \
+refuses sliding_mode.h5 "problem sliding_mode" circuit -- "$bin/circuit" -ts_adapt_type rl \
   -ts_adapt_rl_policy sliding_mode.h5 -circuit_output old.h5
 refuses "-circuit_c1 is 0" -- "$bin/circuit" -circuit_c1 0
 refuses "-circuit_start has 2 numbers" -- "$bin/circuit" -circuit_start 1,2
 refuses "-circuit_reference is -1" -- "$bin/circuit" -circuit_reference -1
-refuses "-circuit_unit start needs a -circuit_start without zeros" -- "$bin/circuit" -circuit_start 1,0,1 -circuit_unit start
+refuses "-circuit_unit start" -circuit_start -- "$bin/circuit" -circuit_start 1,0,1 -circuit_unit start
 refuses "none.h5" -- "$bin/circuit" -ts_adapt_type rl -ts_adapt_rl_policy none.h5
-refuses "state_1 of a state with 1 components" -- "$bin/sliding_mode" -ts_adapt_type rl -ts_adapt_rl_policy circuit.h5 \
+refuses state_1 -- "$bin/sliding_mode" -ts_adapt_type rl -ts_adapt_rl_policy circuit.h5 \
   -ts_adapt_rl_problem circuit
 refuses "-oscillator_stiffness is 0" -- "$bin/oscillator" -oscillator_stiffness 0
 refuses "-oscillator_mass is -1" -- "$bin/oscillator" -oscillator_mass -1
-refuses "expected a force >= 0 N" -- "$bin/oscillator" -oscillator_normal -1
+refuses ">= 0 N" -- "$bin/oscillator" -oscillator_normal -1
 cmp -s old.h5 reference || fail "an older file was touched"
 
 # The rows of an unfinished run are kept, and given up by the option that the message names.
@@ -199,13 +199,13 @@ for program in circuit sliding_mode; do
   run=("$bin/$program" -ts_max_time 0.1 "-${program}_output" kept.h5)
   "${run[@]}" >/dev/null && mv kept.h5 kept.h5.part || fail "${run[*]}"
   "${run[@]}" >/dev/null 2>err.txt && fail "$program: an unfinished file was replaced"
-  overwrite=$(grep -o -- "throw it away with -[a-z_]*" err.txt | grep -o -- "-[a-z_]*$") && "${run[@]}" "$overwrite" >/dev/null && [ -e kept.h5 ] ||
+  overwrite=$(grep -o -- "-[a-z_]*_overwrite" err.txt) && "${run[@]}" "$overwrite" >/dev/null && [ -e kept.h5 ] ||
     fail "$program: an unfinished file was not given up: $(cat err.txt)"
   rm -f kept.h5*
 done
 refuses "-circuit_reference?" -- "$bin/circuit" -circuit_refrence 1e-3
 mpirun --oversubscribe -n 2 "$bin/oscillator" >out.txt 2>&1 && fail "oscillator on 2 processes"
-grep -qF "a system of 2 states runs on one process, not on 2" out.txt || fail "message on 2 processes"
+grep -q "2 states .*not on 2" out.txt || fail "message on 2 processes"
 
 [ $failed = 0 ] && echo "the example cases pass"
 exit $failed

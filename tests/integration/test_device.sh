@@ -47,13 +47,13 @@ mpirun --oversubscribe -n 2 "$fault" $short -fault_device auto -fault_view >view
 grep -q "^ *device: none by -fault_device auto, as a device is of one process, not of 2" view.txt || fail "$(grep device: view.txt)"
 
 # refused before anything is computed, or at once
-refuses "-fault_device opencl is of one process" -- mpirun --oversubscribe -n 2 "$fault" $short -fault_device opencl
+refuses "-fault_device opencl" -- mpirun --oversubscribe -n 2 "$fault" $short -fault_device opencl
 refusing() { # what the device is, word...
   refuses "${@:2}" -- env LD_PRELOAD="$fake" FAKEOPENCL="$1" "$fault" $short -fault_device opencl -fault_output refused.h5
 }
-refusing none "-fault_device opencl: there is no device of OpenCL"
+refusing none "-fault_device opencl"
 refusing nodoubles "has no double precision"
-refusing card,memory=100000 "has 0.1 MB of memory" "the stiffness and the vectors of the fault need " "expected fewer cells, or another device"
+refusing card,memory=100000 "0.1 MB of memory"
 refusing card,full=60000 "its memory is full"
 as broken "$fault" $short -fault_device opencl >out.txt 2>&1 && fail "kernels that do not build"
 [ "$(grep -c "^fault: error: the kernels do not build on the device .*: .*'there' (OpenCL's error -11)\$" out.txt)" = 1 ] || fail "kernels that do not build: $(cat out.txt)"

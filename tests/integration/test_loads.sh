@@ -168,8 +168,8 @@ again=("${run[@]}" -fault_restart record.state)
 refuses "pore_pressure" "4 times" -- "${again[@]}"
 refuses "pore_pressure" "4 times" -- "${again[@]}" -fault_pore_pressure other.h5
 refuses "pore_pressure" "4 times" -- "${again[@]}" -fault_pore_pressure later.h5
-refuses "inertia is yes, was no" -- "${again[@]}" -fault_pore_pressure good.h5 -fault_inertia yes
+refuses "inertia is yes" -- "${again[@]}" -fault_pore_pressure good.h5 -fault_inertia yes
 again=("${run[@]}" -fault_restart source.state -fault_injection_pressure 1e6 -fault_injection_diffusivity 2 -fault_injection_stop 1e5)
-refuses "injection is 1500,1400, was 1500,1500" -- "${again[@]}" -fault_injection 1500,1400
-refuses "injection_stop is 110000 s, was 100000 s" -- "${again[@]}" "${point[@]}" -fault_injection_stop 1.1e5
+refuses "injection is 1500,1400" -- "${again[@]}" -fault_injection 1500,1400
+refuses "injection_stop is 110000 s" -- "${again[@]}" "${point[@]}" -fault_injection_stop 1.1e5
 exit $failed

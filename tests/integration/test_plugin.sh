@@ -86,11 +86,11 @@ grep -q DIVERGED_NONLINEAR_SOLVE limit
 grep -q DIVERGED_STEP_REJECTED limit
 # Constant steps that cannot be taken become shorter, are said once, and grow back: a hundred of them and some about the jump.
 "${stiff[@]}" -ts_type bathe -ts_adapt_type none -ts_dt 20 > out 2> err
-[ "$(grep -c 'warning: a constant step of 20 s cannot be taken' err)" = 1 ] || { cat err; exit 1; }
+[ "$(grep -c 'warning: a constant step of 20 s' err)" = 1 ] || { cat err; exit 1; }
 awk '$1 == "time" { exit !($2 == 2000 && $4 < 500) }' out || { cat out; exit 1; }
 # A dial that nothing follows is named, once.
 ./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3 > out 2> err
-[ "$(grep -c 'ode: warning: -ts_adapt_rl_accuracy 0.001 has no effect: the policy .*/ode.h5 does not observe log_accuracy' err)" = 1 ] || { cat err; exit 1; }
+[ "$(grep -c 'ode: warning: -ts_adapt_rl_accuracy 0.001 .*/ode.h5 .*log_accuracy' err)" = 1 ] || { cat err; exit 1; }
 ./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl > out 2> err
 [ ! -s err ] || { cat err; exit 1; }
 

@@ -13,10 +13,10 @@ EOF
   >mine.txt 2>&1 || fail "tolerances of a family: $(cat mine.txt)"
 rtol=$(awk '$1 == "dsp" && $2 == "1e-02" { print $3 }' mine.txt)
 "$bin/fault" -fault_nx 1 -fault_nz 1 -fault_tolerances mine.h5 -ts_adapt_type dsp >run.txt 2>&1 || fail "$(cat run.txt)"
-grep -q -e "-ts_adapt_type dsp -ts_rtol $rtol, which keep -fault_accuracy 0.01" run.txt || fail "dsp has not the tolerance $rtol: $(cat run.txt)"
+grep -q -e "-ts_adapt_type dsp -ts_rtol $rtol.*-fault_accuracy 0.01" run.txt || fail "dsp has not the tolerance $rtol: $(cat run.txt)"
 "$bin/fault" -fault_nx 1 -fault_nz 1 -fault_tolerances mine.h5 -ts_adapt_type heuristic -ts_max_steps 1 >run.txt 2>&1
-grep -q "fault_tolerances mine.h5 has no effect on the steps: it has no tolerance of this controller" run.txt || fail "$(cat run.txt)"
-refuses "mine.h5 has no group /sequence" -- "$bin/fault" -fault_tolerances mine.h5 -fault_loading_rate 1e-3
+grep -q "warning: -fault_tolerances mine.h5" run.txt || fail "$(cat run.txt)"
+refuses mine.h5 /sequence -- "$bin/fault" -fault_tolerances mine.h5 -fault_loading_rate 1e-3
 "$SLIPSTEP_PYTHON" - <<'EOF' || fail "the file of tolerances"
 import h5py
 import numpy as np

@@ -27,9 +27,9 @@ long=("$bin/fault" -fault_dip 30 -fault_length_x 1000 -fault_length_z 90000 -fau
   -fault_hmat_tolerance 1e-5)
 "${long[@]}" -fault_nx 1 -fault_nz 300 -fault_view >out.txt 2>err.txt || fail "a slender plane: $(cat err.txt)"
 grep -q "stiffness K: sliphmat" out.txt || fail "no hierarchical matrix where auto should have chosen it"
-if grep "hmat_tolerance has no effect" err.txt; then fail "the tolerance of a hierarchical matrix that auto has chosen is said to be idle"; fi
+if grep "warning: -fault_hmat_tolerance" err.txt; then fail "the tolerance of a hierarchical matrix that auto has chosen is said to be idle"; fi
 "${long[@]}" -fault_nx 4 -fault_nz 3 >out.txt 2>err.txt || fail "a small plane: $(cat err.txt)"
-grep -q "hmat_tolerance has no effect" err.txt || fail "no word that the tolerance is idle: $(cat err.txt)"
+grep -q "warning: -fault_hmat_tolerance" err.txt || fail "no word that the tolerance is idle: $(cat err.txt)"
 
 # Units, of options and of a file. 0 is no number to doubt.
 quiet "${short[@]}"
@@ -73,7 +73,7 @@ for ranks in 1 2; do
   [ "$(wc -l <$ranks.lines)" = 4 ] || fail "lines of $ranks ranks: $(cat $ranks.lines)"
 done
 cmp 1.lines 2.lines || fail "2 ranks: $(cat 2.lines)"
-grep -q "^resolution: *4 cells of 1000 m in the smallest cohesive zone of 4000 m" 1.lines || fail "the least of all cells: $(cat 1.lines)"
+grep -q "^resolution: *4 cells of 1000 m .*4000 m" 1.lines || fail "the least of all cells: $(cat 1.lines)"
 "$SLIPSTEP_PYTHON" -c 'import h5py; a = h5py.File("2.h5")["result"].attrs; assert abs(a["least_resolution"] - 4) < 1e-12 and a["cells_fail_alone"] == 0' ||
   fail "/result"
 
@@ -87,7 +87,7 @@ quiet "${few[@]}" -fault_nx 1
 
 # A gradient beside a field of normal stress, to which it is not added
 "$SLIPSTEP_PYTHON" -c 'import h5py, numpy; h5py.File("stress.h5", "w")["normal_stress"] = numpy.full((3, 4), 40e6)' || fail "stress.h5"
-warns "-fault_normal_stress_gradient has no effect" "stress.h5: /normal_stress" -- "${short[@]}" -fault_parameters stress.h5 -fault_normal_stress_gradient 2e4
+warns "-fault_normal_stress_gradient" "stress.h5: /normal_stress" -- "${short[@]}" -fault_parameters stress.h5 -fault_normal_stress_gradient 2e4
 quiet "${short[@]}" -fault_parameters stress.h5 -fault_normal_stress_gradient 0
 quiet "${short[@]}" -fault_parameters stress.h5
 
@@ -100,7 +100,7 @@ with h5py.File("unfinished.h5", "r+") as file:
     file.attrs["unfinished"] = "not calibrated"
 PY
 learned=("${short[@]}" -ts_adapt_type rl -ts_adapt_rl_policy)
-warns "the training of unfinished.h5 has not ended" "not calibrated" -- "${learned[@]}" unfinished.h5
+warns unfinished.h5 "not calibrated" -- "${learned[@]}" unfinished.h5
 grep -q "^steps: .*rl at the accuracy 0.01, policy unfinished.h5$" out.txt || fail "the policy is not named: $(cat out.txt)"
 quiet "${learned[@]}" "$SLIPSTEP_SOURCE/training/policies/fault.h5"
 
@@ -124,11 +124,11 @@ quiet "${front[@]}" -fault_thickness 40000
 # and a faster one than shear waves: (2/3 of the drop - 0.35) 2.1 cs sqrt(G/(W Ly)) is 1.21 cs with Ly = 1.5 km under sqrtm, and 0.9 with 2.7 km;
 # radiation limits it to 0.66
 quick=("${front[@]}" -fault_inertia yes -fault_thickness 1500)
-warns "-fault_thickness is 1500 m" "0.67 of the drop" "1.2 times the shear wave speed" "at least 2.7e+03 m" -- "${quick[@]}"
+warns "-fault_thickness is 1500 m" "0.67 of the drop" "1.2 times" "2.7e+03 m" -- "${quick[@]}"
 grep -q "^viscosity: *sqrtm, the default with -fault_inertia yes.* radiation (-fault_viscosity)" out.txt || fail "the viscosity is not said: $(cat out.txt)"
 quiet "${quick[@]}" -fault_viscosity radiation
 grep -q "^viscosity:" out.txt && fail "a viscosity that was chosen is said: $(cat out.txt)"
-warns "1.3 times the shear wave speed" -- "${quick[@]}" -fault_viscosity radiation -fault_thickness 100 -fault_initial_traction 17.5e6
+warns "1.3 times" -- "${quick[@]}" -fault_viscosity radiation -fault_thickness 100 -fault_initial_traction 17.5e6
 
 # Normal stress does not pass between planes.
 warns "planes.h5" "normal stress" -- "$bin/fault" -fault_mesh planes.h5 -ts_max_time 1e-3

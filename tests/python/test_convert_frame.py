@@ -156,8 +156,7 @@ class Places(SourcesTest):
         text, cells = param_text(top=0.0, up=0.5)  # half a cell of 3 km that dips by 30 degrees is 750 m high
         model = param.read(self.put("b.param", text), lambda *_: Projection(ORIGIN, "sphere"))
         np.testing.assert_allclose(model.cells, cells, atol=0.2)
-        self.assertRegex(model.remarks[0], "as centres its positions would be 750 m above the ground, so that they are "
-                         "taken for upper edges")
+        self.assertRegex(model.remarks[0], "750 m")
 
     def test_quake_dfn(self):
         """f0 by rate and state at the start, where neither is steady at V0; a dip of 120 degrees is one of 60 of the

@@ -127,14 +127,14 @@ class Read(FspTest):
         model = self.model(text)
         np.testing.assert_allclose(model.cells, cells, atol=DIGITS)
         np.testing.assert_allclose(model.slip, 0.1 + 0.03 * np.arange(12), atol=1e-12)
-        self.assertRegex(model.remarks[0], "X==NS is wrong: by LON and LAT its X is east")
+        self.assertRegex(model.remarks[0], "X==NS")
 
     def test_place_by_depth(self):
         """Points that are said to be centres, whose depths say that they are upper edges."""
         text, cells = single()
         model = self.model(text.replace("given for top-center", "given for center"))
         np.testing.assert_allclose(model.cells, cells, atol=DIGITS)
-        self.assertRegex(model.remarks[0], "said to be of the centre of cells, but by the depth")
+        self.assertRegex(model.remarks[0], "centre of cells")
 
     def test_segments(self):
         text, cells = double()
@@ -201,8 +201,7 @@ class Read(FspTest):
     def test_without_proj(self):
         self.put("model.fsp", single()[0])
         with mock.patch.dict(sys.modules, {"pyproj": None}):
-            self.refused("convert", "expected Debian's python3-pyproj, or --projection sphere", self.path("model.fsp"),
-                         self.path("out.h5"))
+            self.refused("convert", "--projection sphere", self.path("model.fsp"), self.path("out.h5"))
         self.assertFalse(os.path.exists(self.path("out.h5")))
 
 
@@ -262,13 +261,13 @@ class BackAndForth(FspTest):
                                            rtol=1e-14)
                 np.testing.assert_allclose(total["normal_stress"][()], 2e6 + 15e3 * cells[:, 2] + change["normal"][()],
                                            rtol=1e-14)
-            self.refused("convert", "expected --background SHEAR NORMAL", self.path("source.h5"),
+            self.refused("convert", "--background SHEAR NORMAL", self.path("source.h5"),
                          "--background-gradient", "1", "2", code=2)
             code, _, err = self.main("convert", self.path("source.h5"), "--receivers", self.path("faults.h5"),
                                      "--stress", self.path("doubt.h5"), "--background", "5", "20", "--projection",
                                      "sphere")
             self.assertEqual(code, 1)  # the change alone is tension somewhere
-            self.assertRegex(err, "--background: normal_stress of cell . is -.*, expected a finite number > 0 Pa")
+            self.assertRegex(err, "--background: normal_stress of cell . is -")
         run = ("-fault_initial", "traction", "-fault_mesh_unit", "m", "-ts_max_steps", "2", "-ts_max_time", "1")
         self.fault("-fault_mesh", "faults.h5", "-fault_parameters", "sum.h5", *run)
         self.fault("-fault_mesh", "source.h5", "-fault_normal_stress", "50e6", *run)
@@ -308,8 +307,7 @@ class BackAndForth(FspTest):
             with h5py.File(self.path("out.h5")) as given, h5py.File(self.path("change.h5")) as change:
                 np.testing.assert_allclose(change["shear"][()], -given["traction"][:, 0],
                                            atol=1e-12 * np.abs(given["traction"]).max())
-        self.refused("convert", "--rigidity: large, expected header, or a number", self.path("model.fsp"), "--rigidity",
-                     "large", code=2)
+        self.refused("convert", "--rigidity: large", self.path("model.fsp"), "--rigidity", "large", code=2)
 
     def test_pictures(self):
         self.put("model.fsp", single()[0])
@@ -395,13 +393,13 @@ class Refused(FspTest):
                  "a word": ("".join(lines[:first + 1] + [lines[first + 1].replace("0.1300", "deep  ")]
                                     + lines[first + 2:]), f"line {first + 2}: \"deep\", expected a number"),
                  "another count": (text.replace("Nsbfs = 12", "Nsbfs = 13").replace("Nx  =  4", "Nx  =  5"),
-                                   "12 rows of segment 1, expected 13, as Nsbfs says"),
+                                   "12 rows of segment 1"),
                  "other units": (text.replace("coordinates in km; SLIP in m", "coordinates in km; SLIP in cm"),
-                                 r"line \d+: .*SLIP in cm\", expected X,Y,Z coordinates in km; SLIP in m"),
-                 "no header": ("a slip model\n", "line 1: \"a slip model\", expected a line of FINITE-SOURCE"),
+                                 r"line \d+: .*SLIP in cm\""),
+                 "no header": ("a slip model\n", 'line 1: "a slip model"'),
                  "no moment": (re.sub(r"Mo = \S+ Nm", "", text), "no Loc and Size with LAT, LON and Mo"),
                  "no cells": (text.replace("Dx  =  3.00 km", ""), "segment 1 has no Dx and Dz"),
-                 "a dip": (text.replace("DIP = 60.0", "DIP = 160.0"), "expected STRK and a DIP above 0 up to 90"),
+                 "a dip": (text.replace("DIP = 60.0", "DIP = 160.0"), "STRK and a DIP"),
                  "bytes": ("\0\1\2", "not a text file"),}
         for name, (content, message) in cases.items():
             with self.subTest(name):
@@ -414,13 +412,12 @@ class Refused(FspTest):
     def test_arguments(self):
         self.put("model.fsp", single()[0])
         model, target = self.path("model.fsp"), self.path("out.h5")
-        self.refused("convert", "no such file", self.path("nothing.fsp"), target)
-        self.refused("convert", "its kind is not clear from its name, expected --format",
-                     self.put("model.dat", single()[0]), target)
-        self.refused("convert", "unknown ending, expected .h5", model, self.path("out.txt"), "--projection", "sphere")
-        self.refused("convert", "is read and written", model, model, code=2)
-        self.refused("convert", "expected --receivers FILE", model, "--stress", target, code=2)
-        self.refused("convert", "expected a longitude from -360 to 360", model, "--origin", "12", "95")
+        self.refused("convert", "nothing.fsp", self.path("nothing.fsp"), target)
+        self.refused("convert", "--format", self.put("model.dat", single()[0]), target)
+        self.refused("convert", "out.txt", model, self.path("out.txt"), "--projection", "sphere")
+        self.refused("convert", "model.fsp", model, model, code=2)
+        self.refused("convert", "--receivers FILE", model, "--stress", target, code=2)
+        self.refused("convert", "-360 to 360", model, "--origin", "12", "95")
 
     def test_script(self):
         done = self.script("convert", "--help")

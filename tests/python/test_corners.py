@@ -90,11 +90,11 @@ class Corners(FaultTest):
                 options = (*GRID, "-fault_friction_law", *law, "-fault_initial_traction", "16e6", "-fault_check_error")
                 error = float(re.search(r"checked history error: +(\S+)", self.fault(*options))[1])
                 self.assertLess(error, 0.04, (law, ramp))
-        self.assertIn("know pore pressures that rise slowly", self.fault(*options, "-ts_adapt_type", "rl"))
+        self.assertIn("pore pressures", self.fault(*options, "-ts_adapt_type", "rl"))
         # rate and state: the policy's slips are off by up to 20 %
         right = self.slip(*CREEPS, "-ts_adapt_type", "basic", "-ts_rtol", "1e-7")
         self.assertLess(abs(self.slip(*CREEPS) / right - 1), 0.02)  # measured 0.012
-        self.assertIn("the default, -ts_adapt_type dsp", self.fault(*GRID, *CREEPS, "-ts_adapt_type", "rl"))
+        self.assertIn("-ts_adapt_type dsp", self.fault(*GRID, *CREEPS, "-ts_adapt_type", "rl"))
 
     def test_longest_step(self):
         """The controller's longest step holds for the first step too, which no controller has chosen."""
@@ -113,8 +113,8 @@ class Corners(FaultTest):
             file["time"][...] = [0, 8000, 8500, 9000, 9500, 40 * DAY]
             file["pressure"][...] *= 1e-3
         constant = [*GRID, *CREEPS, "-ts_type", "rk", "-ts_adapt_type", "none", "-ts_max_time", "10500"]
-        self.assertNotIn("passes a corner", self.fault(*constant, "-ts_dt", "500"))
-        self.assertEqual(self.fault(*constant, "-ts_dt", "3000").count("passes a corner of the loading at 8000 s"), 1)
+        self.assertNotIn("corner", self.fault(*constant, "-ts_dt", "500"))
+        self.assertEqual(self.fault(*constant, "-ts_dt", "3000").count("corner of the loading at 8000 s"), 1)
         constant = [*GRID, *CREEPS, "-ts_type", "bathe", "-ts_adapt_type", "none", "-ts_max_time", "10500"]
         for step, warnings in (("500", 0), ("333", 0), ("600", 1)):
             self.assertEqual(self.fault(*constant, "-ts_dt", step).count("between its corners at 8000 and 8500 s the "

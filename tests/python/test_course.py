@@ -98,7 +98,7 @@ class ClosedForms(unittest.TestCase):
             self.assertEqual(course.MEASURES["history"]({**dict.fromkeys(course.PARTS, rest), part: 0.7}), 0.7)
 
     def test_other_end(self):
-        with self.assertRaisesRegex(course.CourseError, "ends at 0.9 s and its reference at 1 s"):
+        with self.assertRaisesRegex(course.CourseError, "0.9 s .* 1 s"):
             course.errors(cubic([0, 0.9]), cubic([0, 1]))
 
 
@@ -160,7 +160,7 @@ class Files(scripts.ScriptTest):
         path = self.run_fault("run.h5", "-fault_nx", "1", "-fault_nz", "1", "-ts_max_time", "5")
         with h5py.File(path, "a") as file:
             file["fields/time"][-1] = 1.0
-        with self.assertRaisesRegex(course.CourseError, "expected the run's end"):
+        with self.assertRaisesRegex(course.CourseError, "run.h5"):
             course.read(path)
 
 

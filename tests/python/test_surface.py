@@ -176,12 +176,11 @@ class Program(SurfaceTest):
         self.write("high.h5", [[0, 0, 1, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])
         self.write("slip.h5", [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0], [1, 0, 0]], [[0, 0, 0]])
         files = ["-elastic_input", "in.h5", "-elastic_output", "out.h5"]
-        for message, *options in (("expected -elastic_input and -elastic_output",),
+        for message, *options in (("-elastic_input and -elastic_output",),
                                   ("there is no option -elastic_outptu", "-elastic_outptu", "a"),
                                   ("cannot read no.h5", "-elastic_input", "no.h5", "-elastic_output", "out.h5"),
-                                  ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver", "1,2"),
-                                  ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver",
-                                   "1,92,3"),
+                                  ("-elastic_receiver", *files, "-elastic_receiver", "1,2"),
+                                  ("-elastic_receiver", *files, "-elastic_receiver", "1,92,3"),
                                   ("-elastic_poisson_ratio is 0.5", *files, "-elastic_poisson_ratio", "0.5"),
                                   ("-elastic_shear_modulus is 0", *files, "-elastic_shear_modulus", "0"),
                                   ("in.h5 is read and written", *files[:3], "in.h5"),
@@ -381,31 +380,31 @@ class Maps(SurfaceTest):
     def test_errors(self):
         self.fault("-fault_output", "run.h5", "-fault_kernel", "full_space", "-ts_max_time", "1")
         path = self.path("run.h5")
-        self.refused("surface", "a run in a full space, which has no ground", path)
+        self.refused("surface", "full space", path)
         self.fault("-fault_output", "run.h5", "-ts_max_time", "1")
-        self.refused("surface", "--event is one of a catalogue, but .*run.h5 is none", path, "--event", "1")
-        self.refused("surface", "/fields is from 0 s to 1 s, expected a window within", path, "--window", "0", "2")
-        self.refused("surface", "has no points of -fault_surface_stations", path, "--points")
-        self.assertIn(", without 2 of 3 points that are outside of the map (--extent)\n",
+        self.refused("surface", "--event .*run.h5", path, "--event", "1")
+        self.refused("surface", "/fields is from 0 s to 1 s", path, "--window", "0", "2")
+        self.refused("surface", "-fault_surface_stations", path, "--points")
+        self.assertIn("2 of 3 points",
                       self.plot("surface", path, "--points", "1,1;900000,1;1,-900000", "--spacing", "1"))
-        self.refused("surface", '--points: "1,b", expected a point x,y in m', path, "--points", "1,1;1,b")
+        self.refused("surface", '--points: "1,b"', path, "--points", "1,1;1,b")
         self.put("p.txt", "# x y\n1 2\n3\n")
-        self.refused("surface", 'p.txt, line 3: "3", expected a point x,y in m', path, "--points", self.path("p.txt"))
+        self.refused("surface", 'p.txt, line 3: "3"', path, "--points", self.path("p.txt"))
         self.refused("surface", "no such file", self.path("no.h5"))
         for message, *options in (("--look has the incidence 90", "--look", "0", "90"),
                                   ("--receiver has the dip 91", "--receiver", "0", "91", "0"),
                                   ("--depth is that of planes", "--depth", "3"),
                                   ("--window is 2 1", "--window", "2", "1"),
-                                  ("--spacing is 0, expected a number > 0", "--spacing", "0"),
-                                  ("--ranks is 0, expected a number >= 1", "--ranks", "0"),
-                                  ("--friction is -1, expected a number >= 0", "--friction", "-1"),
+                                  ("--spacing is 0", "--spacing", "0"),
+                                  ("--ranks is 0", "--ranks", "0"),
+                                  ("--friction is -1", "--friction", "-1"),
                                   ("--extent is 1 0 0 1", "--extent", "1", "0", "0", "1"),
                                   ("--numbers is a.txt", "--numbers", "a.txt"), ("--event is -1", "--event", "-1")):
             self.refused("surface", message, path, *options, code=2)
         source = Source("", np.array([[0, 0, 10e3, 1e3, 1e3, 0, 90]]), np.zeros(1), np.ones(1), 30e9, 0.25, "")
         with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": ""}), \
                 unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")), self.assertRaisesRegex(
-                    Exception, "the program elastic is not there"):
+                    Exception, "elastic"):
             Elastic(source)
         debian = self.path("slipstep-elastic")  # as Debian's package calls it
         with open(debian, "w") as file:

@@ -168,16 +168,15 @@ class Valve(FaultTest):
             self.assertGreater(file["fields/slip"][-1].max(), 0)
 
     def test_refused(self):
-        for option, value, message in (("diffusivity", "nan", "-valve_diffusivity is nan, expected a finite number"),
-                                       ("step", "inf", "-valve_step is inf, expected a finite number"),
+        for option, value, message in (("diffusivity", "nan", "-valve_diffusivity is nan"),
+                                       ("step", "inf", "-valve_step is inf"),
                                        ("slip", "abc", '"abc" is not a number (-valve_slip)'),
                                        ("stop", "5w",
                                         '"5w" is not a number (-valve_stop), nor one with s, min, h, d or y behind it'),
-                                       ("stop", "-5d", "-valve_stop is -432000, expected a number >= 0 s"),
-                                       ("step", "0", "-valve_step is 0, expected a number > 0 s"),
-                                       ("slip_factor", "-1", "-valve_slip_factor is -1, expected a number >= 0"),
-                                       ("pressure_scale", "-1",
-                                        "-valve_pressure_scale is -1, expected a number >= 0 Pa"),
+                                       ("stop", "-5d", "-valve_stop is -432000"),
+                                       ("step", "0", "-valve_step is 0"),
+                                       ("slip_factor", "-1", "-valve_slip_factor is -1"),
+                                       ("pressure_scale", "-1", "-valve_pressure_scale is -1"),
                                        ("diffusivity", "5d", '"5d" is not a number (-valve_diffusivity)'),
                                        ("points", "1150,abc", '-valve_points is "1150,abc": "abc" is no finite number'),
                                        ("pressures", "nan", '-valve_pressures is "nan": "nan" is no finite number'),
@@ -186,12 +185,12 @@ class Valve(FaultTest):
                 said = self.valve(*POINT, f"-valve_{option}", value, code=1)
                 self.assertIn(message, said)
                 self.assertEqual(said.count("error:"), 1, said)
-        for words, message in ((["-valve_points", "1,2"], "2 numbers and -valve_pressures 0, expected two and one"),
+        for words, message in ((["-valve_points", "1,2"], "2 numbers and -valve_pressures 0"),
                                ([], "0 numbers"),
                                ([*POINT, "-valve_diffusivity", "0"], "-valve_diffusivity is 0"),
-                               ([*POINT, "-valve_edges", "ajar"], "expected closed or open"),
-                               (["-valve_points", "-5,3000", "-valve_pressures", "1e6"], "x = -5, z = 3000 is not on "
-                                "the fault, expected 0 <= x <= 2400 m and a depth from 2000 to 4000 m"),
+                               ([*POINT, "-valve_edges", "ajar"], "closed or open"),
+                               (["-valve_points", "-5,3000", "-valve_pressures", "1e6"],
+                                "x = -5, z = 3000 is not on the fault"),
                                ([*POINT, "-fault_mesh", "m.h5"], "-fault_mesh m.h5: the fluid of this program is on a "
                                 "uniform grid"), ([*POINT, "-valve_pint", "3"], "valve_pint")):
             with self.subTest(message):

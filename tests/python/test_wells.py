@@ -197,11 +197,10 @@ class Wells(FaultTest, PictureTest):
                 self.assertRegex(err, f"^slipstep wells: warning: .*{message}")
                 self.assertIn("Pressure: ", out)
         os.remove(self.path("p.h5"))
-        self.refused("wells", r"the well A is at z = -2900 m, above the ground: expected a depth, as those of the "
-                     r"cells, 2150 to 3650 m", self.csv("well,x,z,days,L/s\nA,1200,-2900,1,2\nA,1200,-2900,2,0\n"),
-                     self.path("p.h5"), *rates, "--", *GRID)
-        self.refused("wells", r"a pressure is held for 0.5 s, in which no rate is felt at a radius of 2 m: expected "
-                     r"changes 4 s apart at least, or a smaller radius",
+        self.refused("wells", r"well A is at z = -2900 m",
+                     self.csv("well,x,z,days,L/s\nA,1200,-2900,1,2\nA,1200,-2900,2,0\n"), self.path("p.h5"), *rates,
+                     "--", *GRID)
+        self.refused("wells", r"held for 0.5 s, .*2 m",
                      self.csv("well,x,z,s,MPa\nA,1200,2900,0,2\nA,1200,2900,0.5,4\n"), self.path("p.h5"),
                      "--diffusivity", "0.05", "--radius", "2", "--end", "9d", "--", *GRID)
         self.assertFalse(os.path.exists(self.path("p.h5")))
@@ -255,10 +254,10 @@ class Wells(FaultTest, PictureTest):
     def test_bad_wells(self):
         for text, message in (("well,x,z,days,MPa\n", "no rows"), ("well,x,z,days\nA,0,0,0\n", "expected one column of "
                                                                    "pressures or rates: Pa or MPa or m3/s"),
-                              ("well,x,z,MPa\nA,0,0,0\n", "expected one column of times: s or hours or days"),
-                              ("name,x,z,days,MPa\nA,0,0,0,1\n", "expected well,x,y,z,days,MPa"),
-                              ("well,x,z,days,MPa\nA,0,0,0\n", "line 2: expected a name and 4 finite numbers"),
-                              ("well,x,z,days,MPa\nA,0,0,0,nan\n", "line 2: expected a name"),
+                              ("well,x,z,MPa\nA,0,0,0\n", "s or hours or days"),
+                              ("name,x,z,days,MPa\nA,0,0,0,1\n", "well,x,y,z,days,MPa"),
+                              ("well,x,z,days,MPa\nA,0,0,0\n", "line 2"),
+                              ("well,x,z,days,MPa\nA,0,0,0,nan\n", "line 2"),
                               ("well,x,z,days,MPa\nA,0,0,1,1\nA,0,0,1,2\n", "line 3: 1 days is not after"),
                               ("well,x,z,days,MPa\nA,0,0,1,1\nA,0,9,2,2\n", "line 3: the well A is at")):
             with self.subTest(message), self.assertRaisesRegex(slipstep.Error, message):
@@ -266,15 +265,12 @@ class Wells(FaultTest, PictureTest):
         with self.assertRaisesRegex(slipstep.Error, "cannot read"):
             wells.read_wells(self.path("none.csv"))
         path = self.csv("well,x,z,days,L/s\nA,1200,2900,1,2\n")
-        self.refused("wells", "has rates: expected --permeability-thickness", path, self.path("p.h5"), "--diffusivity",
-                     "0.1", "--", *GRID)
-        self.refused("wells", "--diffusivity is -1.0, expected a positive number", path, self.path("p.h5"),
-                     "--diffusivity", "-1", code=2)
+        self.refused("wells", "--permeability-thickness", path, self.path("p.h5"), "--diffusivity", "0.1", "--", *GRID)
+        self.refused("wells", "--diffusivity is -1.0", path, self.path("p.h5"), "--diffusivity", "-1", code=2)
         self.refused("wells", "-fault_nx is 0", path, self.path("p.h5"), "--diffusivity", "1",
                      "--permeability-thickness", "1e-13", "--", "-fault_nx", "0")
-        self.refused("wells", "two wells are less than two radii", self.csv("well,x,z,days,MPa\nA,1200,2900,0,2\n"
-                                                                            "B,1200,2900,1,2\n"), self.path("p.h5"),
-                     "--diffusivity", "1", "--", *GRID)
+        self.refused("wells", "two radii", self.csv("well,x,z,days,MPa\nA,1200,2900,0,2\n" "B,1200,2900,1,2\n"),
+                     self.path("p.h5"), "--diffusivity", "1", "--", *GRID)
         self.assertFalse(os.path.exists(self.path("p.h5")))
 
     def test_injection(self):
