@@ -11,18 +11,19 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
-import h5py
+import make_mesh
 import numpy as np
-from slipstep import OutputError, Run
+from slipstep import Run
 from slipstep.geometry.cells import mesh_cells
 from slipstep.geometry.surface import Elastic, slip_of_event
 from slipstep.plots.maps import Span, colour_bar, planes_of
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
 from slipstep.results.events import Events
 from slipstep.results.fields import KINDS
+from slipstep.results.files import write_fields
 from slipstep.times import YEAR
 
 DIP, LENGTH = 60.0, 30e3  # of both [degrees, m]; the main fault has the strike 0, the antithetic 180
@@ -56,16 +57,11 @@ def make(name, cell):
     planes = [rows_of(0.0, np.zeros(3), WIDTH[0], cell), rows_of(180.0, np.array([LENGTH, APART, 0.0]), WIDTH[1], cell)]
     cells, s, d = (np.concatenate(part) for part in zip(*planes))
     fault = np.repeat(NAMES, [len(plane[0]) for plane in planes])
-    with h5py.File(f"{name}_mesh.h5", "w") as file:
-        file["cells"], file["fault"] = cells, fault
-        file["cells"].attrs.update(columns="x y z length width strike dip", units="m")
+    make_mesh.write(f"{name}_mesh.h5", cells, fault)
     outside = np.maximum(np.abs(s - LENGTH / 2) - (LENGTH / 2 - LOCKED[0]),
                          np.where(fault == MAIN, d - LOCKED[1], -np.inf))
-    with h5py.File(f"{name}_fields.h5", "w") as file:
-        for field, values, unit in (("friction_a", np.interp(outside, [0, CHANGE], [WEAK, STRONG]), "1"),
-                                    ("loading_rate", np.where(fault == MAIN, *LOADING), "m/s")):
-            file[field] = values
-            file[field].attrs["units"] = unit
+    write_fields(f"{name}_fields.h5", {"friction_a": (np.interp(outside, [0, CHANGE], [WEAK, STRONG]), "1"),
+                                       "loading_rate": (np.where(fault == MAIN, *LOADING), "m/s")})
 
 
 def slips(events):
@@ -172,10 +168,8 @@ def main():
     a = parser.parse_args()
     if not 0 < a.cell <= WIDTH[1]:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {WIDTH[1]:g}")
-    try:
+    with one_line():
         make(a.name, a.cell) if a.work == "make" else plot(a.name)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"antithetic.py: {error}")
 
 
 if __name__ == "__main__":

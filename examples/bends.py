@@ -12,11 +12,11 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy")
-import h5py
 import numpy as np
+from slipstep.results.files import write_fields
 
 LENGTH, DEPTH = 24e3, 10e3  # along strike, and in depth [m]
 # the strike turns by so much to the right, between these distances along it [degrees, m]
@@ -89,7 +89,7 @@ def branch(name, cell):
     return corners
 
 
-def write_fields(path, corners):
+def write_stress(path, corners):
     """What the stress of the region is on vertical triangles, and in the patch more than their strength."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, :2]
     across /= np.linalg.norm(across, axis=1)[:, None]
@@ -99,11 +99,8 @@ def write_fields(path, corners):
     shear = np.einsum("ni,ij,nj->n", along, STRESS, across)
     north, _, depth = corners.mean(axis=1).T
     patch = np.hypot(north - PATCH[0], depth - PATCH[1]) < PATCH[2]
-    with h5py.File(path, "w") as file:
-        for field, values in (("normal_stress", normal),
-                              ("initial_traction", np.where(patch, EXCESS * STATIC * normal, shear))):
-            file[field] = values
-            file[field].attrs["units"] = "Pa"
+    write_fields(path, {"normal_stress": (normal, "Pa"),
+                        "initial_traction": (np.where(patch, EXCESS * STATIC * normal, shear), "Pa")})
 
 
 def main():
@@ -114,10 +111,8 @@ def main():
     a = parser.parse_args()
     if not 0 < a.cell <= DEPTH / 4:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {DEPTH / 4:g}")
-    try:
-        write_fields(f"{a.name}_fields.h5", {"bend": bend, "branch": branch}[a.work](a.name, a.cell))
-    except OSError as error:
-        sys.exit(f"bends.py: {error}")
+    with one_line():
+        write_stress(f"{a.name}_fields.h5", {"bend": bend, "branch": branch}[a.work](a.name, a.cell))
 
 
 if __name__ == "__main__":

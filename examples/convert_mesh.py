@@ -45,7 +45,7 @@ import re
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy")
 import h5py
@@ -53,7 +53,7 @@ import numpy as np
 from slipstep.formats.surfaces import FORMATS, KINDS, RATES, UNITS, Surfaces, read
 from slipstep.formats.text import FormatError
 from slipstep.geometry.meshrepair import Mesh, clip, faults_of, flatten, repair, rising, shift
-from slipstep.results.files import replacing
+from slipstep.results.files import replacing, write_fields
 
 FAR = 10  # times its extent from its origin: coordinates of a map projection
 
@@ -124,13 +124,6 @@ def write(path, mesh, surfaces):
                 file["fault"].attrs["names"] = names
 
 
-def write_fields(path, fields, parent):
-    with replacing(path) as part, h5py.File(part, "w") as file:
-        for name, (values, unit) in fields.items():
-            file[name] = np.asarray(values, float)[parent]
-            file[name].attrs["units"] = unit
-
-
 def hints(mesh, done, up, degree):
     """What a run will refuse, and what helps; up: z was taken to be upward; degree: coordinates up to this may be
     degrees, which no shift makes lengths"""
@@ -181,7 +174,7 @@ def main():
     parser.add_argument("--fields", metavar="FIELDS.h5", help="rakes and slip rates of RSQSim, for -fault_parameters")
     parser.add_argument("--rate-unit", choices=tuple(RATES), default="m/s", help="of slip rates of RSQSim (m/s)")
     args = parser.parse_args()
-    try:
+    with one_line():
         check_output(args.input, args.output)
         found = [read(path, args.format, args.rate_unit, args.label) for path in args.input]
         surfaces = joined(args.input, found, args.unit, args.frame)
@@ -205,9 +198,8 @@ def main():
             said.append(repair(mesh))
         write(args.output, mesh, surfaces)
         if args.fields:
-            write_fields(args.fields, surfaces.fields, mesh.parent)
-    except (FormatError, OSError) as error:
-        sys.exit(f"convert_mesh.py: {error}")
+            write_fields(args.fields, {name: (np.asarray(values, float)[mesh.parent], unit)
+                                       for name, (values, unit) in surfaces.fields.items()})
     unit = "m" if surfaces.unit else "in a unit that nothing says: --unit m or km does"
     print("".join(f"{line}\n" for line in said)
           + f"{len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {len(np.unique(mesh.label))} faults, "

@@ -10,15 +10,16 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from slipstep import OutputError, Run
+from slipstep import Run
 from slipstep.plots.maps import Span, colour_bar, planes_of
 from slipstep.plots.panels import RUN_STYLES, plt, save, use_style
 from slipstep.results.fields import KINDS
+from slipstep.results.files import write_fields
 
 DAY = 86400.0
 DYKE, FAULT = 0, 1  # labels
@@ -57,19 +58,13 @@ def make(name, cell, pressure):
         file["fault"] = label
         file["fault"].attrs["names"] = f"{DYKE} dyke; {FAULT} normal fault"
     sigma = GRADIENT * rows[:, 2]
-    with h5py.File(f"{name}_fields.h5", "w") as file:
-        for field, values, unit in (("normal_stress", sigma, "Pa"),
-                                    ("initial_traction", np.where(label == FAULT, SHARE * sigma, 0.0), "Pa"),
-                                    ("rake", np.where(label == FAULT, -90.0, 0.0), "degrees"),
-                                    ("friction_drop", np.where(label == FAULT, DROP, 0.0), "1")):
-            file[field] = values
-            file[field].attrs["units"] = unit
+    write_fields(f"{name}_fields.h5", {"normal_stress": (sigma, "Pa"),
+                                       "initial_traction": (np.where(label == FAULT, SHARE * sigma, 0.0), "Pa"),
+                                       "rake": (np.where(label == FAULT, -90.0, 0.0), "degrees"),
+                                       "friction_drop": (np.where(label == FAULT, DROP, 0.0), "1")})
     over = np.array([-UNDER, pressure * 1e6, pressure * 1e6, -UNDER])  # above the normal stress, the same at all depths
-    with h5py.File(f"{name}_pressure.h5", "w") as file:
-        file["time"] = DAY * np.cumsum([0, RISE, HOLD, FALL])
-        file["time"].attrs["units"] = "s"
-        file["pressure"] = np.where(label == DYKE, sigma + over[:, None], 0.0)
-        file["pressure"].attrs["units"] = "Pa"
+    write_fields(f"{name}_pressure.h5", {"time": (DAY * np.cumsum([0, RISE, HOLD, FALL]), "s"),
+                                         "pressure": (np.where(label == DYKE, sigma + over[:, None], 0.0), "Pa")})
 
 
 def course(run):
@@ -132,13 +127,11 @@ def main():
             parser.error(f"--cell is {options.cell:g}, expected a number > 0 [m]")
         make(options.name, options.cell, options.pressure)
         return
-    try:
+    with one_line():
         run = Run(f"{options.name}.h5")
         use_style()
         save(draw(run), f"{options.name}.png")
         say(run, f"{options.name}_events.h5")
-    except (OSError, OutputError) as error:
-        sys.exit(f"dyke.py: {error}")
 
 
 if __name__ == "__main__":

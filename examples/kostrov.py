@@ -11,15 +11,15 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
-import h5py
 import numpy as np
-from slipstep import OutputError, Run
+from slipstep import Run
 from slipstep.plots.maps import Span, colour_bar, planes_of
 from slipstep.plots.panels import RUN_STYLES, plt, save, use_style
 from slipstep.results.fields import KINDS
+from slipstep.results.files import write_fields
 
 LENGTH = 20e3  # of the fault, in each direction [m]
 REACH = 9e3  # of the front at the end [m]
@@ -62,9 +62,8 @@ def exact(shape, speed, r, t):
 
 def make(name, shape, n, speed):
     cell = LENGTH / n / (speed * SHEAR)  # time of the front from cell to cell [s]
-    with h5py.File(f"{name}_fields.h5", "w") as file:
-        file["weakening_time"] = np.maximum(distances(shape, n) / (speed * SHEAR) - BEFORE * cell, 0)
-        file["weakening_time"].attrs["units"] = "s"
+    weakens = np.maximum(distances(shape, n) / (speed * SHEAR) - BEFORE * cell, 0)
+    write_fields(f"{name}_fields.h5", {"weakening_time": (weakens, "s")})
     size = {"line": "-fault_nx 1 -fault_length_x 1e7",
             "circle": f"-fault_nx {n} -fault_length_x {LENGTH} -fault_slip_components 2"}[shape]
     end = REACH / (speed * SHEAR)
@@ -187,13 +186,11 @@ def main():
     a = parser.parse_args()
     if a.cells < 10:
         parser.error(f"--cells is {a.cells}, expected at least 10")
-    try:
+    with one_line():
         if a.work == "make":
             print(make(a.name, a.shape, a.cells, a.speed))
         else:
             plot(a.name, {"line": a.line, "circle": a.circle}, a.speed)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"kostrov.py: {error}")
 
 
 if __name__ == "__main__":

@@ -13,18 +13,18 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
-import h5py
 import make_mesh
 import numpy as np
-from slipstep import OutputError, Run
+from slipstep import Run
 from slipstep.plots.maps import Span, colour_bar
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
 from slipstep.plots.snapshots import Layout
 from slipstep.results.events import Events
 from slipstep.results.fields import KINDS
+from slipstep.results.files import write_fields
 from slipstep.times import YEAR
 
 SIZE, TOP, STRIKE = (20e3, 16e3), 0.0, 30.0  # along strike and down dip [m], upper edge [m], degrees
@@ -39,7 +39,7 @@ WORDS = {"rectangles": "rectangles", "centre": "triangles, stress at centroids",
 FIRST = 2  # events until the start is forgotten
 
 
-def write_fields(path, centres):
+def write_friction(path, centres):
     """friction_a and loading_rate of cells by their centres [n, 3]: distance along strike, and down dip by the depth on
     the arc."""
     along = np.cos(np.radians(STRIKE)) * centres[:, 0] + np.sin(np.radians(STRIKE)) * centres[:, 1]
@@ -47,20 +47,17 @@ def write_fields(path, centres):
     down = np.interp(centres[:, 2], make_mesh.arc(SIZE, TOP, DIPS)(down)[1], down)
     outside = np.max([np.abs(along - SIZE[0] / 2) - (SIZE[0] / 2 - LOCKED[0]), LOCKED[1][0] - down,
                       down - LOCKED[1][1]], axis=0)
-    with h5py.File(path, "w") as file:
-        for field, values, unit in (("friction_a", np.interp(outside, [0, CHANGE], [WEAK, STRONG]), "1"),
-                                    ("loading_rate", LOADING * (1 + TILT * (2 * along / SIZE[0] - 1)), "m/s")):
-            file[field] = values
-            file[field].attrs["units"] = unit
+    write_fields(path, {"friction_a": (np.interp(outside, [0, CHANGE], [WEAK, STRONG]), "1"),
+                        "loading_rate": (LOADING * (1 + TILT * (2 * along / SIZE[0] - 1)), "m/s")})
 
 
 def make(name, cell):
     cells = [round(extent / cell) for extent in SIZE]
     rows = make_mesh.listric(cells, SIZE, TOP, 1.0, STRIKE, DIPS)
     make_mesh.write(f"{name}_rectangles_mesh.h5", rows, np.zeros(len(rows), int))
-    write_fields(f"{name}_rectangles_fields.h5", rows[:, :3])
+    write_friction(f"{name}_rectangles_fields.h5", rows[:, :3])
     corners = make_mesh.write_triangles(f"{name}_triangles_mesh.msh", cells, SIZE, TOP, STRIKE, DIPS)
-    write_fields(f"{name}_triangles_fields.h5", corners.mean(axis=1))
+    write_friction(f"{name}_triangles_fields.h5", corners.mean(axis=1))
     print(f"{len(rows)} rectangles, {len(corners)} triangles")
 
 
@@ -123,10 +120,8 @@ def main():
     a = parser.parse_args()
     if not 0 < a.cell <= SIZE[1] / 4:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {SIZE[1] / 4:g}")
-    try:
+    with one_line():
         make(a.name, a.cell) if a.work == "make" else plot(a.name)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"listric.py: {error}")
 
 
 if __name__ == "__main__":

@@ -26,6 +26,8 @@ need("h5py", "numpy")
 import h5py
 import numpy as np
 from slipstep.fields import waves
+from slipstep.results.files import write_fields
+
 
 def grid(cells, size, top):
     """Centres [Nz, Nx] and mean side of a cell."""
@@ -92,10 +94,7 @@ def main():
         cells = mesh(a.mesh) if a.mesh else grid(a.cells, a.size, a.top)
     except (OSError, KeyError, ValueError) as error:
         sys.exit(f"make_fault.py: {a.mesh}: {error}")
-    with h5py.File(a.output, "w") as file:
-        for name, (values, unit) in fields(*cells, a).items():
-            file[name] = values
-            file[name].attrs["units"] = unit
+    write_fields(a.output, fields(*cells, a))
     print(f"{a.output}: {cells[0].size} cells")
 
 

@@ -25,6 +25,7 @@ from slipstep.modules import need
 need("h5py", "numpy")
 import h5py
 import numpy as np
+from slipstep.results.files import write_fields
 from slipstep.results.seas import ORIGIN, STOP, pressure
 
 DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP4 and BP5 [m]
@@ -114,10 +115,7 @@ def main():
     a = arguments()
     made = MAKE[a.benchmark](a.cell)
     try:
-        with h5py.File(a.output, "w") as file:
-            for name, (values, unit) in made.items():
-                file[name] = values
-                file[name].attrs["units"] = unit
+        write_fields(a.output, made)
     except OSError as error:
         sys.exit(f"make_seas.py: {a.output}: {error}")
     if a.benchmark == "bp6":

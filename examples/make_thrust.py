@@ -12,8 +12,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from slipstep.modules import need
 
 need("h5py", "numpy")
-import h5py
 import numpy as np
+from slipstep.results.files import write_fields
 
 SIZE = 60e3, 30e3  # along strike and down dip [m], as in thrust.opts
 LOCKED = 8e3, 20e3  # where friction weakens: so far from both ends, and so far down [m]
@@ -48,9 +48,7 @@ def main():
     options = parser.parse_args()
     if min(options.cells) < 1:
         parser.error("--cells is {} {}, expected numbers > 0".format(*options.cells))
-    with h5py.File(options.fields, "w") as file:
-        file["friction_a"] = direct_effect(*options.cells)
-        file["friction_a"].attrs["units"] = "1"
+    write_fields(options.fields, {"friction_a": (direct_effect(*options.cells), "1")})
     np.savetxt(options.points, network(), fmt="%.0f", delimiter=",", header="x north, y east [m]")
 
 

@@ -13,13 +13,14 @@ import re
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
-import h5py
+import make_mesh
 import numpy as np
 from slipstep import OutputError, Run
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
+from slipstep.results.files import write_fields
 
 SIZE = 20e3, 10e3  # of each fault, along strike and in depth [m]
 OVERLAP = 5e3  # [m]
@@ -36,13 +37,9 @@ def make(name, cells, distance):
                          np.full_like(x, SIZE[1] / cells[1])], axis=-1).reshape(-1, 5)
 
     rows = np.concatenate([plane(0.0, 0.0), plane(SIZE[0] - OVERLAP, distance)])
-    with h5py.File(f"{name}_mesh.h5", "w") as file:
-        file["cells"] = rows
-        file["cells"].attrs.update(columns="x y z length width", units="m")
+    make_mesh.write(f"{name}_mesh.h5", rows)
     patch = (rows[:, 1] == 0) & (np.hypot(rows[:, 0] - PATCH[0], rows[:, 2] - PATCH[1]) < PATCH[2])
-    with h5py.File(f"{name}_fields.h5", "w") as file:
-        file["initial_traction"] = np.where(patch, 1.01 * STRENGTH, STRESS)
-        file["initial_traction"].attrs["units"] = "Pa"
+    write_fields(f"{name}_fields.h5", {"initial_traction": (np.where(patch, 1.01 * STRENGTH, STRESS), "Pa")})
 
 
 def final(path):
@@ -138,10 +135,8 @@ def main():
     a = parser.parse_args()
     if min(a.cells) < 1 or a.distance == 0:
         parser.error("--cells must be at least 1 each way, and --distance not 0")
-    try:
+    with one_line():
         make(a.name, a.cells, a.distance) if a.work == "make" else plot(a.name)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"step_over.py: {error}")
 
 
 if __name__ == "__main__":

@@ -10,16 +10,16 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
-import h5py
 import numpy as np
-from slipstep import OutputError, Run
+from slipstep import Run
 from slipstep.plots.maps import Span, colour_bar, planes_of
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
 from slipstep.results.events import Events
 from slipstep.results.fields import KINDS
+from slipstep.results.files import write_fields
 
 LENGTH, WIDTH = 30e3, 15e3  # [m]
 SQUARE = 3e3  # of nucleation, in the middle [m]
@@ -47,9 +47,7 @@ def make(name, cell):
     nz, nx = shape_of(cell)
     x, z = np.meshgrid(centres(LENGTH, nx), centres(WIDTH, nz))
     inside = np.maximum(np.abs(x), np.abs(z)) < SQUARE / 2
-    with h5py.File(f"{name}_fields.h5", "w") as file:
-        file["initial_traction"] = np.where(inside, STRESS[1], STRESS[0])
-        file["initial_traction"].attrs["units"] = "Pa"
+    write_fields(f"{name}_fields.h5", {"initial_traction": (np.where(inside, STRESS[1], STRESS[0]), "Pa")})
 
 
 def profiles(times):
@@ -123,14 +121,12 @@ def main():
     a = parser.parse_args()
     if not 0 < a.cell <= SQUARE or abs(WIDTH / a.cell - round(WIDTH / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected a whole part of {WIDTH:g} m, at most {SQUARE:g}")
-    try:
+    with one_line():
         if a.work == "make":
             make(a.name, a.cell)
             print(*shape_of(a.cell)[::-1])
         else:
             plot(a.name)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"tpv3.py: {error}")
 
 
 if __name__ == "__main__":

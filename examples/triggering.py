@@ -10,12 +10,11 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
-from slipstep.modules import need
+from slipstep.modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from slipstep import OutputError
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
 from slipstep.results.events import Events
 from slipstep.times import YEAR
@@ -102,10 +101,8 @@ def main():
     parser.add_argument("work", choices=["split", "plot"])
     parser.add_argument("name", metavar="NAME")
     a = parser.parse_args()
-    try:
+    with one_line():
         {"split": split, "plot": plot}[a.work](a.name)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"triggering.py: {error}")
 
 
 if __name__ == "__main__":

@@ -379,13 +379,7 @@ class Magnitudes(unittest.TestCase):
 
 
 class Cycle(unittest.TestCase):
-    def test_coupling(self):
-        """Half of a fault locked, a quarter at half of the plates' rate and a quarter with them: 5/8."""
-        rate, span = 1e-9, 3e9
-        slip = rate * span * np.array([0, 0, 0.5, 1.0])
-        self.assertAlmostEqual(cycle.coupling(np.zeros(4), slip, span, rate, np.full(4, 2.0)), 0.625)
-        self.assertAlmostEqual(cycle.coupling(np.zeros(4), slip, span, rate, np.array([1.0, 1, 2, 4])),
-                               (1 + 1 + 2 * 0.5) / 8)
+    def test_seismic_coupling(self):
         self.assertAlmostEqual(cycle.seismic_coupling([1e18, 3e18], 8e18), 0.5)
 
     def test_episodes(self):

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 from ..geometry.cells import normals
-from ..results.files import names_of, plain, replacing
+from ..results.files import names_of, plain, put, replacing
 from .model import LEAST, Model, Segment
 from .projection import Projection
 from .text import FormatError
@@ -16,11 +16,6 @@ from .text import FormatError
 FORMAT = "slipstep-slip"  # the attribute format of such a file
 # what is no other parameter of a fault
 OTHERS = ("cells", "vertices", "triangles", "hanging_wall", "fault", "rake", "slip", "points", "model")
-
-
-def put(file, name, values, unit):
-    file[name] = values
-    file[name].attrs["units"] = unit
 
 
 def write(model, path, points=None):

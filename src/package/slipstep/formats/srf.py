@@ -11,7 +11,6 @@ from .model import Model, Segment, tiled
 from .text import NUMBER, Text
 
 DENSITY = 2700.0  # [kg/m3] where nothing says it; S velocities then have the rigidity
-SOMERVILLE = 2.03e-9  # rise time [s] over the cube root of the moment [dyne cm] (Somerville et al. 1999)
 # of the magnitudes of genslip, which writes mag= into comments: log10 of the moment [N m] less 1.5 times the magnitude
 # (Hanks and Kanamori 1979)
 GENSLIP = 9.05

@@ -5,13 +5,6 @@ import numpy as np
 from .source import golden
 
 
-def coupling(slip_before, slip_after, span, rate, area=None):
-    """1 less slip rate over the plates' rate, between two times [1]: 1 is locked, 0 creeps with the plates; with areas
-    its mean over them."""
-    found = 1 - (np.asarray(slip_after) - slip_before) / (rate * span)
-    return found if area is None else float((found * area).sum() / np.sum(area))
-
-
 def seismic_coupling(moment, plates):
     """Share of the moment that plates bring, shear modulus times area times rate times span [N m], which events release
     (Scholz and Campos 2012)."""

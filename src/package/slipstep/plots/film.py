@@ -112,26 +112,6 @@ def draw_course(axes, run, fields, rows, clock):
     return at, rates, dot
 
 
-class Maps:
-    """Maps of all planes."""
-
-    def __init__(self, run):
-        self.layout = Layout(run, 1, 1)
-        self.canvas = self.layout.canvas
-        self.height = min(self.canvas.get_figheight() * 0.8, 7.0)
-
-    def draw(self, part, values, norm, kind, label):
-        """The artists that move."""
-        block = self.layout.fill(part)[0]
-        self.artists = self.layout.draw(block, values, norm, kind.colours, "", True)
-        colour_bar(part, self.artists[0], norm, label, ax=block, aspect=25, pad=0.02, shrink=0.85)
-        return self.artists
-
-    def show(self, values):
-        for plane, artist in zip(self.layout.planes, self.artists):
-            artist.show(plane.values(values))
-
-
 def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500):
     """Write the film; the numbers of its frames and of the stored rows."""
     out = writer(path, rate)
@@ -146,11 +126,14 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     norm = span.norm(fields.kind, log, wanted)
     clock = Clock(*fields.times[rows][[0, -1]], years)
     titles = titles_of(run, fields.times[rows], clock)
-    shown = Maps(run)
-    canvas = shown.canvas
-    canvas.set_size_inches(0.8 * WIDTH, shown.height + 1.7)
-    above, below = canvas.subfigures(2, 1, height_ratios=(shown.height, 1.7))
-    artists = shown.draw(above, fields.maps(rows[:1])[0], norm, fields.kind, fields.label)
+    layout = Layout(run, 1, 1)
+    canvas = layout.canvas
+    height = min(canvas.get_figheight() * 0.8, 7.0)
+    canvas.set_size_inches(0.8 * WIDTH, height + 1.7)
+    above, below = canvas.subfigures(2, 1, height_ratios=(height, 1.7))
+    block = layout.fill(above)[0]
+    artists = layout.draw(block, fields.maps(rows[:1])[0], norm, fields.kind.colours, "", True)
+    colour_bar(above, artists[0], norm, fields.label, ax=block, aspect=25, pad=0.02, shrink=0.85)
     title = above.suptitle(titles[0])
     at, rates, dot = draw_course(below.subplots(), run, fields, rows, clock)
     canvas.set_dpi(DPI)
@@ -158,7 +141,8 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     try:
         with out.saving(canvas, path, DPI):
             for frame, values in enumerate(values for _, maps in fields.chunks(rows) for values in maps):
-                shown.show(np.abs(values) if log else values)
+                for plane, artist in zip(layout.planes, artists):
+                    artist.show(plane.values(np.abs(values) if log else values))
                 title.set_text(titles[frame])
                 dot.set_data(at[frame:frame + 1], positive(rates)[frame:frame + 1])
                 stage.draw()

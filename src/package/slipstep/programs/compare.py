@@ -19,18 +19,6 @@ from ..results.run import Run
 from ..times import Clock
 
 
-def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("runs", nargs="+", metavar="[LABEL=]FILE", help="output files of runs, at most four")
-    parser.add_argument("--reference", metavar="FILE", help="output file of a fine run on the same mesh")
-    parser.add_argument("--figure", metavar="PNG", help="write the figure to this file")
-    parser.add_argument("--title", help="title of the figure")
-    options = parser.parse_args()
-    if len(options.runs) > len(RUN_STYLES):
-        parser.error(f"at most {len(RUN_STYLES)} runs, got {len(options.runs)}")
-    return options
-
-
 def load(argument):
     """(label, Run) of LABEL=FILE; the label of a bare file is its name."""
     label, equals, path = argument.partition("=")
@@ -134,7 +122,14 @@ def figure(runs, reference, title):
 
 
 def main():
-    options = arguments()
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("runs", nargs="+", metavar="[LABEL=]FILE", help="output files of runs, at most four")
+    parser.add_argument("--reference", metavar="FILE", help="output file of a fine run on the same mesh")
+    parser.add_argument("--figure", metavar="PNG", help="write the figure to this file")
+    parser.add_argument("--title", help="title of the figure")
+    options = parser.parse_args()
+    if len(options.runs) > len(RUN_STYLES):
+        parser.error(f"at most {len(RUN_STYLES)} runs, got {len(options.runs)}")
     runs = [load(argument) for argument in options.runs]
     reference = load(options.reference)[1] if options.reference else None
     for _, run in runs if reference else ():

@@ -16,7 +16,6 @@ Input_BulkFaultGeometry.txt of Quake-DFN, parameter.txt of PyQuake3D, .geojson o
 import argparse
 import os
 
-import h5py
 import numpy as np
 
 from ..checks import check_fields
@@ -26,7 +25,7 @@ from ..formats.projection import TMERC, Projection
 from ..formats.readers import READERS, read
 from ..geometry.geographic import FALSE_POINT
 from ..geometry.surface import Elastic, Source
-from ..results.files import replacing
+from ..results.files import replacing, write_fields
 from ..running import refused_mesh
 from ..times import seconds
 
@@ -148,9 +147,8 @@ def stress_on(model, receivers, options):
         check_fields("--background", fields)
     else:
         fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
-    with replacing(options.stress, model.path) as part, h5py.File(part, "w") as file:
-        for name, values in fields.items():
-            ours.put(file, name, values, "degrees" if name == "rake" else "Pa")
+    write_fields(options.stress, {name: (values, "degrees" if name == "rake" else "Pa")
+                                  for name, values in fields.items()})
     return shear, normal
 
 

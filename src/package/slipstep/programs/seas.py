@@ -284,7 +284,7 @@ def figure(benchmark, run, events):
     return canvas
 
 
-def arguments():
+def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("benchmark", choices=sorted(BENCHMARKS))
     parser.add_argument("run", metavar="RUN", help="output file of the run")
@@ -292,11 +292,7 @@ def arguments():
     parser.add_argument("--folder", metavar="DIR", help="folder for the benchmark's files, default RUN without .h5")
     parser.add_argument("--figure", metavar="PNG",
                         help="file to write, default RUN with _seas.png; its ending chooses the format")
-    return parser.parse_args()
-
-
-def main():
-    options = arguments()
+    options = parser.parse_args()
     stem = os.path.splitext(options.run)[0]
     target = options.figure or stem + "_seas.png"
     injection = options.benchmark == "bp6"  # which has no events

@@ -27,7 +27,7 @@ from ..geometry.surface import Elastic, look_vector, slip_of_event, slip_of_inpu
 from ..plots.maps import colour_bar
 from ..plots.panels import plt, use_style
 from ..results.catalogue import Catalogue
-from ..results.files import is_catalogue, open_any, plain, replacing, write_csv
+from ..results.files import is_catalogue, open_any, plain, put, replacing, write_csv
 from ..results.run import Run
 from ..times import seconds
 
@@ -184,11 +184,9 @@ def numbers_of(target, source, plane, on_map, points, at_points):
                                          ("points", points.T if at_points else [], at_points)):
                 for name, (data, unit, parts) in columns.items():
                     shape = plane.x.shape if group == "map" else (len(points),)
-                    file[f"{group}/{name}"] = data.reshape(shape + ((len(parts),) if parts else ()))
-                    file[f"{group}/{name}"].attrs["units"] = unit
+                    put(file, f"{group}/{name}", data.reshape(shape + ((len(parts),) if parts else ())), unit)
                 for name, axis in zip("xy", axes if columns else []):
-                    file[f"{group}/{name}"] = axis
-                    file[f"{group}/{name}"].attrs["units"] = "m"
+                    put(file, f"{group}/{name}", axis, "m")
             if "map" in file:
                 file["map"].attrs["stress_depth"] = plane.depth
 

@@ -13,12 +13,11 @@ import sys
 from ..modules import need
 
 need("scipy")
-import h5py
 import numpy as np
 
 from ..checks import PLAUSIBLE, doubt
 from ..errors import Error
-from ..results.files import replacing
+from ..results.files import write_fields
 from ..running import Line, cells_of
 from ..times import seconds, written
 from ..wells import Pressure, read_wells
@@ -76,9 +75,8 @@ def main():
     if values.nbytes > MOST:
         raise Error(f"{len(times)} times of {values.shape[1]} cells take {values.nbytes / 1e9:.3g} GB: expected a "
                     "larger --accuracy, or fewer cells")
-    with replacing(options.output) as part, h5py.File(part, "w") as file:
-        file["time"], file["pressure"] = times, values.reshape(len(times), *((-1,) if cells.mesh else cells.shape))
-        file["time"].attrs["units"], file["pressure"].attrs["units"] = "s", "Pa"
+    shape = (-1,) if cells.mesh else cells.shape
+    write_fields(options.output, {"time": (times, "s"), "pressure": (values.reshape(len(times), *shape), "Pa")})
     k, cell = np.unravel_index(values.argmax(), values.shape)
     x, y, z = cells.centres[cell]
     print(f"{len(wells)} well{'s' * (len(wells) > 1)} with {'pressures' if wells[0].is_pressure else 'rates'}, "

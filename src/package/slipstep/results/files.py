@@ -121,3 +121,15 @@ def write_csv(path, rows, source=None):
     """Rows of Python's numbers, to their last bit, and texts, the first of them the names; see replacing()."""
     with replacing(path, source) as part, open(part, "w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
+
+
+def put(file, name, values, unit):
+    file[name] = values
+    file[name].attrs["units"] = unit
+
+
+def write_fields(path, fields):
+    """A file for -fault_parameters, or another with arrays and their units, of {name: (array, unit)}."""
+    with replacing(path) as part, h5py.File(part, "w") as file:
+        for name, (values, unit) in fields.items():
+            put(file, name, values, unit)

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-CORRECTION = 0.2  # of magnitudes, which maximum curvature misses on the mean (Woessner and Wiemer 2005)
-
 
 def completeness(magnitude, width=0.1):
     """The magnitude from which on a catalogue is complete, by maximum curvature (Wiemer and Wyss 2000): the largest
