@@ -414,7 +414,7 @@ static PetscErrorCode TSStep_Adams(TS ts)
   PetscFunctionBegin;
   PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (accepted && problem && problem->relaxation) PetscCall(SlipAdamsBoundStep(ts, problem, ctx));
+  if (accepted && problem && problem->steps.relaxation) PetscCall(SlipAdamsBoundStep(ts, problem, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -482,7 +482,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   of time is an error. After two rejected attempts the formulas restart at order 1. A constant step (TSADAPTNONE) that
   leaves the domain ends the run, because the equally long steps before it have made the state inaccurate.
 
-  If the problem has the operation SlipProblemOps.relaxation, the rate at which its solution relaxes, and the error
+  If the problem has the operation SlipStepOps.relaxation, the rate at which its solution relaxes, and the error
   allows steps that one correction does not make stable, a step with a predictor of order 1 to 4 has as many corrections
   as it needs: 2 to 5 for 6 to 28 relaxation times at order 2. Their error must be 40 times below the tolerance, because
   errors between events add up to those of the times of events. Constant steps, steps of rl, and steps of a fault with

@@ -110,7 +110,7 @@ PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ct
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &left, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
   if (left) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate, ctx));
+  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &rate, ctx));
   ad->rates[1] = ad->rates[0];
   ad->rates[0] = rate;
   if (!(rate > 0)) PetscFunctionReturn(PETSC_SUCCESS);

@@ -27,8 +27,8 @@ PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, P
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->error)
-    PetscCall((*problem->error)(ts, e, at->start, ts->vec_sol, wlte, ctx));
+  if (problem && problem->steps.error)
+    PetscCall((*problem->steps.error)(ts, e, at->start, ts->vec_sol, wlte, ctx));
   else {
     PetscCall(VecAXPY(e, 1, ts->vec_sol));
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, e, type, wlte, &absolute, &relative));
@@ -54,7 +54,7 @@ static PetscErrorCode Accept(TS ts, const SlipAttemptOps *ops, PetscReal next_h)
   if (constant && at->corner < PETSC_MAX_REAL) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, at->whole);
   PetscCall((*ops->accept)(ts));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
+  if (problem && problem->steps.finish) PetscCall((*problem->steps.finish)(ts, ts->ptime, ts->vec_sol, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

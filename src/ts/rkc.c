@@ -167,10 +167,10 @@ static PetscErrorCode Begin(TS ts)
   PetscFunctionBegin;
   rkc->rate = rkc->asked;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCheck(rkc->rate > 0 || (problem && problem->relaxation), PetscObjectComm((PetscObject)ts),
+  PetscCheck(rkc->rate > 0 || (problem && problem->steps.relaxation), PetscObjectComm((PetscObject)ts),
              PETSC_ERR_ARG_WRONGSTATE,
              "-ts_type " TSRKC " needs the fastest rate at which the problem relaxes: expected -ts_rkc_rate [1/s]");
-  if (!(rkc->rate > 0)) PetscCall((*problem->relaxation)(ts, rkc->at.start, &rkc->rate, ctx));
+  if (!(rkc->rate > 0)) PetscCall((*problem->steps.relaxation)(ts, rkc->at.start, &rkc->rate, ctx));
   rkc->rate *= SLIP_RATE_MARGIN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,7 +273,7 @@ static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
   The method is for problems without inertia whose right-hand side (TSSetRHSFunction()) is expensive, continuous but not
   smooth, and relaxes at real rates from slow to fast. s stages are stable over 0.65 (s^2 - 1) of the shortest
   relaxation times; a stage of an explicit pair or of TSADAMS is over 0.8 to 1.5. The fastest rate comes from the
-  problem (SlipProblemOps.relaxation) or from -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step;
+  problem (SlipStepOps.relaxation) or from -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step;
   constant steps take the stages that they need.
 
   Errors: PETSC_ERR_ARG_WRONGSTATE where neither the problem nor the option gives the rate

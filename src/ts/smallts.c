@@ -166,7 +166,7 @@ PetscErrorCode TSBatheCheckOptions(TS ts)
   PetscCall(TSGetType(ts, &type));
   PetscCall(TSGetSlipProblem(ts, &problem, NULL));
   PetscCall(TSBatheIs(ts, &bathe));
-  PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+  PetscCheck(bathe || (problem && problem->steps.any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_type %s knows no friction, expected " TSBATHE " or " TSMOREAU, type);
   PetscCall(TSGetExactFinalTime(ts, &end));
   PetscCheck(end != TS_EXACTFINALTIME_INTERPOLATE, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,

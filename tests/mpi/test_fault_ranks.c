@@ -35,9 +35,9 @@ static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char
   PetscCall(SlipFaultGetObservables(fault, 15, w, NULL, &out->obs));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(SlipFaultDestroy(&fault)); /* the TS keeps it */
-  PetscCall((*problem->find)(ts, "energy", &row, ctx));
+  PetscCall((*problem->observations.find)(ts, "energy", &row, ctx));
   PetscCheck(row >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
-  PetscCall((*problem->observe)(ts, 15, 1, &row, &out->energy, ctx));
+  PetscCall((*problem->observations.observe)(ts, 15, 1, &row, &out->energy, ctx));
   PetscCall(VecNorm(w, NORM_2, &out->norm));
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

@@ -4,7 +4,7 @@
 #include "../smallsteps.h"
 #include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipstate.h>
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 #include <math.h>
 
 /* ---- a block: v' = Load - K u - H v - Q while it slides forwards, u' = v, s' = |v| ---- */
@@ -97,7 +97,7 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
 {
   PetscFunctionBeginUser;
   (void)adapt, (void)h;
-  ((TS_Bathe *)ts->data)->costs = costs; /* whatever the attempt has taken */
+  ((TS_Bathe *)ts->data)->moreau.costs = costs; /* whatever the attempt has taken */
   *scheme = 0;
   *wlte = *wltea = *wlter = -1;
   *accept = script.refuses > 0 && script.refuses-- ? PETSC_FALSE : PETSC_TRUE;
@@ -285,11 +285,11 @@ static void test_longest(void **state)
   Step(ts, t[1]);
   ok(TSGetTime(ts, &t[0]));
   assert_true(t[0] == t[1]);
-  assert_false(((TS_Bathe *)ts->data)->bound_told);
+  assert_false(((TS_Bathe *)ts->data)->moreau.bound_told);
   Step(ts, 3);
   ok(TSGetTime(ts, &t[0]));
   assert_true(t[0] == 2 * t[1]);
-  assert_true(((TS_Bathe *)ts->data)->bound_told);
+  assert_true(((TS_Bathe *)ts->data)->moreau.bound_told);
   ObjectsDestroy(&ts, &x);
 }
 
@@ -327,7 +327,7 @@ static PetscReal WishAfter(TS ts, PetscReal h)
 {
   PetscReal next;
 
-  ((TS_Bathe *)ts->data)->costs = costs;
+  ((TS_Bathe *)ts->data)->moreau.costs = costs;
   Step(ts, h);
   ok(TSGetTimeStep(ts, &next));
   return next;

@@ -60,7 +60,7 @@ static PetscErrorCode Last(Chord *c, PetscInt *last)
 }
 
 /*
-  SlipFaultNextCorner - SlipProblemOps.corner: finds the next corner at which a step from t must end
+  SlipFaultNextCorner - SlipStepOps.corner: finds the next corner at which a step from t must end
 
   Collective. t: start of the step of ts, from its solution. PETSC_MAX_REAL: it may end anywhere. Constant steps, and
   runs without error control, end at every corner.

@@ -128,7 +128,7 @@ static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.finish. TSADAMS and TSRKC call it for the slip rates within their steps, which are those of the last
+/* SlipStepOps.finish. TSADAMS and TSRKC call it for the slip rates within their steps, which are those of the last
    right-hand side. */
 PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
 {
@@ -226,7 +226,7 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!fault->problem.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->problem.steps.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
   if (!fault->friction.law->always_slides) {
     PetscCall(SlipStateReal(s, "largest_displacement", 1, &b->moved));
     PetscCall(SlipStateReal(s, "largest_rate", 1, &b->fastest));

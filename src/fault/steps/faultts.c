@@ -41,7 +41,7 @@ static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscI
     PetscCall(TSBatheGetLongestStep(ts, &fault->known.step_limit));
     PetscCall(TSBatheGetSolveCost(ts, &fault->known.solve_cost));
   }
-  if (state && fault->problem.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, t, w, &w));
+  if (state && fault->problem.steps.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, t, w, &w));
   PetscCall(SlipFaultObserve(fault, t, w, n, row, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -63,7 +63,7 @@ static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(TSBatheGetMethod(ts, &method));
-  *name = fault->problem.any_integrator && fault->friction.law->always_slides ? "ode" : fault->steps.policy;
+  *name = fault->problem.steps.any_integrator && fault->friction.law->always_slides ? "ode" : fault->steps.policy;
   if (method != TSBATHE_METHOD_IMPLICIT && !strcmp(*name, "fault")) *name = "fault_products";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -182,28 +182,28 @@ static PetscErrorCode BeforeStep(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &fault));
-  if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
+  if (problem->steps.any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
-  if (!ours && problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
+  if (!ours && problem->steps.any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipMeetRelaxation(ts));
-  if (ours || problem->any_integrator) PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
-  if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ours || problem->steps.any_integrator)
+    PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
+  if (ours || !problem->history.accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall((*problem->accept)(ts, t, w, step == 0 ? PETSC_TRUE : PETSC_FALSE, fault));
+  PetscCall((*problem->history.accept)(ts, t, w, step == 0 ? PETSC_TRUE : PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipProblemOps FaultProblem = {.name = Name_Fault,
-                                            .time_scale = TimeScale_Fault,
-                                            .untrained = Untrained_Fault,
-                                            .rest_time = SlipFaultRestTime,
-                                            .origin = Origin_Fault,
-                                            .find = Find_Fault,
-                                            .observe = Observe_Fault,
-                                            .measures = PETSC_TRUE};
+static const SlipProblemOps FaultProblem = {.control = {.name = Name_Fault,
+                                                        .time_scale = TimeScale_Fault,
+                                                        .untrained = Untrained_Fault,
+                                                        .rest_time = SlipFaultRestTime,
+                                                        .measures = PETSC_TRUE},
+                                            .history = {.origin = Origin_Fault},
+                                            .observations = {.find = Find_Fault, .observe = Observe_Fault}};
 /* Computes dw/dt = A^-1 F_s(w), the smooth part, for integrators that do not handle the constraint. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
@@ -335,26 +335,26 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   PetscFunctionBegin;
   PetscCall(SlipElasticRemembers(fault->medium, &remembers));
   if (remembers) {
-    problem->accept = Accept_Fault;
-    problem->advance = Advance_Fault;
-    problem->rollback = RollBack_Fault;
+    problem->history.accept = Accept_Fault;
+    problem->history.advance = Advance_Fault;
+    problem->history.rollback = RollBack_Fault;
   }
   if (remembers || is_explicit || fault->loads.pressed) PetscCall(TSSetPreStep(ts, BeforeStep));
-  problem->any_integrator = is_explicit;
+  problem->steps.any_integrator = is_explicit;
   fault->corner_passed = PETSC_FALSE;
-  problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
-  problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;
-  problem->drift = is_explicit ? SlipFaultDrift : NULL;
-  problem->slip_step = is_explicit ? SlipFaultSlipStep : NULL;
-  problem->shortest = is_explicit ? SlipFaultShortestStep : NULL;
-  problem->waits = is_explicit && !fault->friction.law->always_slides ? SlipFaultWaits : NULL;
-  problem->begin = is_explicit ? NULL : SlipFaultBeginSteps;
-  problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
+  problem->steps.finish = is_explicit ? SlipFaultFinishStep : NULL;
+  problem->steps.relaxation = is_explicit ? SlipFaultRelaxation : NULL;
+  problem->drifts.drift = is_explicit ? SlipFaultDrift : NULL;
+  problem->control.slip_step = is_explicit ? SlipFaultSlipStep : NULL;
+  problem->drifts.shortest = is_explicit ? SlipFaultShortestStep : NULL;
+  problem->drifts.waits = is_explicit && !fault->friction.law->always_slides ? SlipFaultWaits : NULL;
+  problem->steps.begin = is_explicit ? NULL : SlipFaultBeginSteps;
+  problem->control.hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* a driven fault rests for years between events */
-    problem->corner = SlipFaultNextCorner;
-    problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
-    problem->error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
-    if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
+    problem->steps.corner = SlipFaultNextCorner;
+    problem->steps.rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
+    problem->steps.error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
+    if (fault->kind.inertia && !fault->friction.law->by_rate) problem->steps.stop = Stop_Fault;
   }
   if (!is_explicit) PetscCall(SlipFaultSidesAttach(fault));
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));

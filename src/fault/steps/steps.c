@@ -117,7 +117,7 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
   if (kind != fault->steps.kind) fault->steps.tolerances.controllers = 0;
   /* Tolerances that were read stay, as a fault may run many times. */
   fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy, .tolerances = fault->steps.tolerances};
-  fault->problem.controller =
+  fault->problem.control.controller =
     is_explicit ? NULL : ControllerAt(kind, SlipFaultAccuracy(fault)); /* NULL: the integrator's */
 }
 
@@ -174,7 +174,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
   if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* policies exceed the accuracy on half of these, pi on none */
   if (!IsTrainedLaw(fault->friction.law->name)) *learned = PETSC_FALSE;
-  PetscCall(NamesClassical(fault, ts, fault->problem.controller, &named));
+  PetscCall(NamesClassical(fault, ts, fault->problem.control.controller, &named));
   if (named) *learned = PETSC_FALSE;
   if (*learned) PetscCall(SlipPolicyFindDefault(fault->comm, Kinds[kind].policy, file, sizeof(file), learned));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -203,7 +203,7 @@ static PetscErrorCode WarnOfVelocity(SlipFault fault, PetscInt n, const char *co
 /* Warns before a run of options of the fault that the chosen steps do not use. */
 static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
 {
-  const PetscBool is_explicit = fault->problem.any_integrator;
+  const PetscBool is_explicit = fault->problem.steps.any_integrator;
   const char *prefix = SlipFaultPrefix(fault);
   const char *why;
   PetscBool learned, constant, rtol;
@@ -289,7 +289,7 @@ static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], Petsc
 /* Sets the default controller and its tolerance. */
 PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
 {
-  const char *controller = fault->problem.controller;
+  const char *controller = fault->problem.control.controller;
   char type[64], file[PETSC_MAX_PATH_LEN];
   PetscBool named, found;
   TSAdapt adapt;
@@ -323,7 +323,7 @@ static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
   if (chosen) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(PetscStrcmp(controller, TSADAPTRL, &rl));
-  if (rl) PetscCall(SlipAdaptSetController(adapt, fault->problem.controller));
+  if (rl) PetscCall(SlipAdaptSetController(adapt, fault->problem.control.controller));
   fault->steps.learned = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -385,14 +385,14 @@ static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
     else if (!strcmp(controller, TSADAPTRL))
       PetscCall(LearnsByProducts(fault, adapt, &fewer));
   }
-  if (fault->problem.side && (fault->kind.sequence || fault->loads.pressed) && !fault->device.device &&
+  if (fault->problem.sides.side && (fault->kind.sequence || fault->loads.pressed) && !fault->device.device &&
       strcmp(controller, TSADAPTRL) && strcmp(controller, TSADAPTNONE) && strcmp(controller, TSADAPTHISTORY))
     fewer = PETSC_TRUE;
   PetscCall(TSBatheSetDefaultMethod(ts, fewer ? TSBATHE_METHOD_AUTO : TSBATHE_METHOD_IMPLICIT));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.begin: uses the controller of the run. A tolerance that neither the fault nor a policy has set is the
+/* SlipStepOps.begin: uses the controller of the run. A tolerance that neither the fault nor a policy has set is the
    user's, as is that of -ts_rtol. */
 PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 {
@@ -427,14 +427,14 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, SlipFaultAccuracy(fault)));
   PetscCall(ChooseMethod(fault, ts, adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
-  if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* rl hands over to it */
+  if (dial > 0) fault->problem.control.controller = ControllerAt(steps->kind, dial); /* rl hands over to it */
   if (steps->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(Set(fault, ts, controller, SlipFaultAccuracy(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.hand_over */
+/* SlipControlOps.hand_over */
 PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accuracy, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -485,7 +485,7 @@ PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative)
   PetscCall(TSGetTolerances(ts, NULL, NULL, relative, NULL));
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   if (!strcmp(controller, TSADAPTNONE) || !strcmp(controller, TSADAPTHISTORY)) *relative = 0;
-  if (controller[0] || fault->problem.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
+  if (controller[0] || fault->problem.steps.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
   if (dial > 0) *relative = OF_DIAL * dial;
@@ -522,7 +522,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(SlipFaultRefuseLearnedWaves(fault, ts));
-  if (!bathe || !fault->problem.begin) {
+  if (!bathe || !fault->problem.steps.begin) {
     PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
     if (follows)
       PetscCall(PetscPrintf(fault->comm, "%-24s -ts_type %s -ts_rtol %.3g, which keep -%sfault_accuracy %g, for %s\n",
@@ -569,7 +569,7 @@ PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run)
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
-  if (!(bathe && fault->problem.begin) && !follows) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!(bathe && fault->problem.steps.begin) && !follows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));
   if (!controller[0] || constant) PetscFunctionReturn(PETSC_SUCCESS);
