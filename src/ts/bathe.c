@@ -111,32 +111,23 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Chooses the rule of stage 1 where TSBatheSetFirstStage() was not called. */
-static PetscErrorCode TSBatheChooseFirstStage(TS ts)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  TSIFunction ifunction;
-  DM dm;
-
-  PetscFunctionBegin;
-  if (ba->stages.first_set || ba->con) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetDM(ts, &dm));
-  PetscCall(DMTSGetIFunction(dm, &ifunction, NULL));
-  PetscCall(TSBatheSetFirstStage(ts, ifunction ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
-  ba->stages.first_set = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   Vec *full[] = {&ba->X0, &ba->Y[0], &ba->Y[1], &ba->K0, &ba->K1, &ba->K2, &ba->Wm, &ba->stages.base, &ba->estimate.E};
+  TSIFunction ifunction;
   PetscBool ours;
   SNES snes;
+  DM dm;
 
   PetscFunctionBegin;
   PetscCall(PetscCitationsRegister(citation, &cited));
-  PetscCall(TSBatheChooseFirstStage(ts));
+  if (!ba->stages.first_set && !ba->con) {
+    PetscCall(TSGetDM(ts, &dm));
+    PetscCall(DMTSGetIFunction(dm, &ifunction, NULL));
+    PetscCall(TSBatheSetFirstStage(ts, ifunction ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
+    ba->stages.first_set = PETSC_FALSE;
+  }
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(full); i++)
     if (!*full[i]) PetscCall(VecDuplicate(ts->vec_sol, full[i]));
   if (ba->con) {

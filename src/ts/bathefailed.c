@@ -21,26 +21,6 @@ void TSBatheFailuresBegin(TSBatheFailures *f)
   f->barrier = no_barrier;
 }
 
-/* Finds the largest residual of the last solve, and its cell of the constraint or its entry of the SNES residual. */
-static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec f, a;
-
-  PetscFunctionBegin;
-  if (ba->con) {
-    PetscCall(SNESSlipGetWorstCell(ts->snes, index, residual));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SNESGetFunction(ts->snes, &f, NULL, NULL));
-  PetscCall(VecDuplicate(f, &a));
-  PetscCall(VecCopy(f, a));
-  PetscCall(VecAbs(a));
-  PetscCall(VecMax(a, index, residual));
-  PetscCall(VecDestroy(&a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Warns if shorter steps will not make a solve converge, because rounding, differences or an approximate Jacobian limit
    its residual: that is small then, and the first repetition, with a shorter step, has not halved it. */
 static PetscErrorCode TSBatheTellFloor(TS ts)
@@ -107,17 +87,27 @@ void TSBatheApproach(TS ts, PetscReal *h)
 PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscErrorCode (*f)(TSAdapt, TS, PetscReal, PetscReal *);
+  PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscReal *);
   PetscReal residual, time, h = ba->last.dt;
   PetscBool unstable = PETSC_FALSE, constant;
   PetscInt worst;
+  Vec f, size;
 
   PetscFunctionBegin;
   TSBatheMethodRefused(ts);
   PetscCall(TSBatheRestore(ts));
   if (++ba->failures.row >= ba->failures.most) {
     PetscCall(TSBatheRunMonitors(ts));
-    PetscCall(TSBatheWorst(ts, &worst, &residual));
+    if (ba->con)
+      PetscCall(SNESSlipGetWorstCell(ts->snes, &worst, &residual));
+    else {
+      PetscCall(SNESGetFunction(ts->snes, &f, NULL, NULL));
+      PetscCall(VecDuplicate(f, &size));
+      PetscCall(VecCopy(f, size));
+      PetscCall(VecAbs(size));
+      PetscCall(VecMax(size, &worst, &residual));
+      PetscCall(VecDestroy(&size));
+    }
     PetscCall(SlipRunFails(ts));
     PetscCall(SlipClockRead(ts, &time, NULL));
     SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
@@ -132,9 +122,9 @@ PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
   if (constant && ba->failures.row == 1) PetscCall(SlipConstantRefused(ts, PetscMax(h, whole), &ba->failures.constant));
   if (!ts->reason) {
     if (ba->con && ba->was == &TSBatheImplicit) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
-    PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &f));
-    if (f)
-      PetscCall((*f)(ts->adapt, ts, h, &h));
+    PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &choose));
+    if (choose)
+      PetscCall((*choose)(ts->adapt, ts, h, &h));
     else if (!unstable)
       h = ts->time_step; /* TSAdaptCheckStage() has scaled it by scale_solve_failed */
     if (unstable) PetscCall(TSBatheRefused(ts, &h));

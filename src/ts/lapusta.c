@@ -37,15 +37,6 @@ static PetscErrorCode TSReset_Lapusta(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSDestroy_Lapusta(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSReset_Lapusta(ts));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
-  PetscCall(PetscFree(ts->data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_Lapusta(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -63,32 +54,22 @@ static PetscErrorCode TSSetUp_Lapusta(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Advances vec_sol by h at the rates la->mean. */
-static PetscErrorCode Drift(TS ts, PetscReal h)
-{
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->drifts.drift)(ts, h, la->at.start, la->mean, ts->vec_sol, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes vec_sol and its rates at the end of an attempt. If not good, it left the domain of the right-hand side. */
 static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
   const PetscReal t = ts->ptime;
+  const SlipProblemOps *problem;
   PetscReal h = ts->time_step, change;
+  void *ctx;
 
   PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(VecCopy(la->at.f, la->mean));
   for (PetscInt k = 0; k <= CORRECTIONS; k++) {
     if (k) PetscCall(VecAXPBYPCZ(la->mean, 0.5, 0.5, 0, la->at.f, la->end));
     if (k == 1) PetscCall(VecCopy(la->mean, la->first));
-    PetscCall(Drift(ts, h));
+    PetscCall((*problem->drifts.drift)(ts, h, la->at.start, la->mean, ts->vec_sol, ctx));
     PetscCall(SlipGuardState(ts->vec_sol, good));
     if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
     if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
@@ -203,16 +184,8 @@ static PetscErrorCode Accept(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSStep_Lapusta(TS ts)
-{
-  static const SlipAttemptOps ops = {
-    .begin = Begin, .limit = Limit, .attempt = Attempt, .whatever = Whatever, .retry = Retry, .accept = Accept};
-  PetscBool accepted;
-
-  PetscFunctionBegin;
-  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+static const SlipAttemptOps ops = {
+  .begin = Begin, .limit = Limit, .attempt = Attempt, .whatever = Whatever, .retry = Retry, .accept = Accept};
 
 /* Interpolates within the last step: from its start at the constant rates of the step. */
 static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
@@ -253,12 +226,13 @@ PetscErrorCode TSCreate_Lapusta(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&la));
   ts->data = (void *)la;
+  la->at.ops = &ops;
   ts->default_adapt_type = TSADAPTBASIC;
   ts->usessnes = PETSC_FALSE;
   ts->ops->reset = TSReset_Lapusta;
-  ts->ops->destroy = TSDestroy_Lapusta;
+  ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->setup = TSSetUp_Lapusta;
-  ts->ops->step = TSStep_Lapusta;
+  ts->ops->step = SlipAttemptsStep;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Lapusta;
   ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_Lapusta;

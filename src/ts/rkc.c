@@ -32,15 +32,6 @@ static PetscErrorCode TSReset_RKC(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSDestroy_RKC(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSReset_RKC(ts));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
-  PetscCall(PetscFree(ts->data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_RKC(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
@@ -233,15 +224,7 @@ static PetscErrorCode Accept(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSStep_RKC(TS ts)
-{
-  static const SlipAttemptOps ops = {.begin = Begin, .limit = Limit, .attempt = Attempt, .accept = Accept};
-  PetscBool accepted;
-
-  PetscFunctionBegin;
-  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+static const SlipAttemptOps ops = {.begin = Begin, .limit = Limit, .attempt = Attempt, .accept = Accept};
 
 static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
 {
@@ -291,13 +274,14 @@ PetscErrorCode TSCreate_RKC(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&rkc));
   ts->data = rkc;
+  rkc->at.ops = &ops;
   rkc->max_stages = 100;
   ts->ops->reset = TSReset_RKC;
-  ts->ops->destroy = TSDestroy_RKC;
+  ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->view = TSView_RKC;
   ts->ops->setup = TSSetUp_RKC;
   ts->ops->setfromoptions = TSSetFromOptions_RKC;
-  ts->ops->step = TSStep_RKC;
+  ts->ops->step = SlipAttemptsStep;
   ts->ops->evaluatewlte = TSEvaluateWLTE_RKC;
   ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_RKC;

@@ -53,17 +53,6 @@ PETSC_INTERN PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscRea
 PETSC_INTERN PetscErrorCode SlipChebyshevError(PetscReal h, Vec start, Vec end, Vec f_start, Vec f_end, Vec e);
 
 /* ---- explicitattempts.c: a step of several attempts from one state ---- */
-/* The first member of the context of a type that uses it */
-typedef struct {
-  Vec start;           /* state at the start of the step */
-  Vec f;               /* rates there, for types that start with those at the end of the last step; else NULL */
-  PetscBool known;     /* f is valid */
-  PetscInt rejections; /* rejected attempts of this step */
-  PetscReal whole;     /* the attempt's step before it was limited [s] */
-  PetscReal corner;    /* of the loading, where the attempt ends unless its type limits it further [s]; PETSC_MAX_REAL:
-                          none */
-  PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
-} SlipAttempts;
 /* Operations of a type; each except attempt and accept may be NULL */
 typedef struct {
   PetscErrorCode (*begin)(TS); /* from start and f */
@@ -74,8 +63,23 @@ typedef struct {
   PetscBool (*whatever)(TS);                   /* is it accepted whatever its error is? NULL: no */
   PetscErrorCode (*retry)(TS, PetscBool good); /* it was rejected, and ts->time_step is the next one */
   PetscErrorCode (*accept)(TS);                /* it was accepted: ts->ptime is its end, ts->time_step the next */
+  PetscErrorCode (*bound)(
+    TS); /* bounds ts->time_step after finish() of a problem that has relaxation() (SlipStepOps) */
 } SlipAttemptOps;
-PETSC_INTERN PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted);
+/* The first member of the context of a type that uses it */
+typedef struct {
+  const SlipAttemptOps *ops;
+  Vec start;           /* state at the start of the step */
+  Vec f;               /* rates there, for types that start with those at the end of the last step; else NULL */
+  PetscBool known;     /* f is valid */
+  PetscInt rejections; /* rejected attempts of this step */
+  PetscReal whole;     /* the attempt's step before it was limited [s] */
+  PetscReal corner;    /* of the loading, where the attempt ends unless its type limits it further [s]; PETSC_MAX_REAL:
+                          none */
+  PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
+} SlipAttempts;
+PETSC_INTERN PetscErrorCode SlipAttemptsStep(TS ts);
+PETSC_INTERN PetscErrorCode SlipAttemptsDestroy(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsRollBack(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsState(TS ts, SlipState s);
 PETSC_INTERN PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, PetscReal *wlte);
@@ -110,7 +114,7 @@ PETSC_INTERN void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k
 PETSC_INTERN PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k);
 PETSC_INTERN PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most);
 PETSC_INTERN void SlipAdamsCount(TS ts);
-PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx);
+PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
 
 /* ---- meetcorner.c: any integrator and controller ---- */

@@ -243,45 +243,16 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tightens the residual: friction of 1e8 Pa balances slip rates of 1e-9 m/s, of which radiation damping makes 1e-3 Pa
-   */
-static PetscErrorCode ConfigureDriven(TS ts)
+static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
-  const PetscReal residual = 1e-13;
-  SNES snes;
-
-  PetscFunctionBegin;
-  PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* With a smooth law the Jacobian's diagonal varies by decades from cell to cell: the force must be small in all cells
-   alike, and the diagonal is most of the Jacobian in sufficiently exact steps. */
-static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
-{
-  const PetscReal residual = 1e-11; /* relative to 1e7 Pa; a sigma, the effect of ln v, is some 1e5 Pa */
+  /* Friction of 1e8 Pa balances slip rates of 1e-9 m/s, of which radiation damping makes 1e-3 Pa */
+  const PetscReal driven = 1e-13;
+  const PetscReal smooth = 1e-11; /* relative to 1e7 Pa; a sigma, the effect of ln v, is some 1e5 Pa */
+  PetscBool ours;
   PetscReal step;
   SNES snes;
   KSP ksp;
   PC pc;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCJACOBI));
-  PetscCall(SlipFaultFirstStep(fault, &step));
-  PetscCall(TSSetTimeStep(ts, step));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
-{
-  PetscBool ours;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintCreate(fault));
@@ -290,11 +261,24 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* -ts_type may change it to TSMOREAU later */
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
   PetscCall(TSBatheSetConstraint(ts, fault->stage.con));
-  if (fault->kind.driven) PetscCall(ConfigureDriven(ts));
+  PetscCall(TSGetSNES(ts, &snes));
+  if (fault->kind.driven) {
+    PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
+    PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, driven, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  }
   PetscCall(SlipFaultSetTolerances(fault, ts));
   PetscCall(SlipFaultConfigureSteps(fault, ts));
   PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->operators.tstar));
-  if (fault->friction.law->always_slides) PetscCall(ConfigureSmooth(fault, ts));
+  if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
+  /* With a smooth law the Jacobian's diagonal varies by decades from cell to cell: the force must be small in all cells
+     alike, and the diagonal is most of the Jacobian in sufficiently exact steps. */
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, smooth, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCJACOBI));
+  PetscCall(SlipFaultFirstStep(fault, &step));
+  PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -312,34 +312,6 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces a policy that is only the default where the user has set a tolerance. */
-static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
-{
-  char controller[64];
-  PetscBool rl, chosen;
-
-  PetscFunctionBegin;
-  PetscCall(TSAdaptRLIsChosen(adapt, &chosen));
-  if (chosen) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
-  PetscCall(PetscStrcmp(controller, TSADAPTRL, &rl));
-  if (rl) PetscCall(SlipAdaptSetController(adapt, fault->problem.control.controller));
-  fault->steps.learned = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds whether an option belongs to implicit steps only. */
-static PetscErrorCode NamesStages(TS ts, PetscBool *names)
-{
-  static const char *const options[] = {"ts_bathe_gamma", "ts_bathe_first_stage", "ts_bathe_reaction",
-                                        "ts_bathe_stage_error"};
-
-  PetscFunctionBegin;
-  *names = PETSC_FALSE;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options) && !*names; i++) PetscCall(Names(ts, options[i], names));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds whether the policy was trained with explicit steps, or with ruptures whose steps were limited like those. */
 static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool *learns)
 {
@@ -370,11 +342,13 @@ static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool
 static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
 {
   const Kind kind = (Kind)fault->steps.kind;
+  static const char *const options[] = {"ts_bathe_gamma", "ts_bathe_first_stage", "ts_bathe_reaction",
+                                        "ts_bathe_stage_error"}; /* of implicit steps only */
   char controller[64];
-  PetscBool fewer = PETSC_FALSE, stages;
+  PetscBool fewer = PETSC_FALSE, stages = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(NamesStages(ts, &stages));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options) && !stages; i++) PetscCall(Names(ts, options[i], &stages));
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   if (!stages && Kinds[kind].by_products && fault->kind.inertia && !(kind == KIND_EVENT && fault->kind.driven) &&
       fault->options.value[FAULT_DAMPING_RATIO] <= MOST_DAMPED) {
@@ -400,7 +374,7 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   SlipFaultSteps *steps = &fault->steps;
   char controller[64];
   PetscReal rtol, dial;
-  PetscBool option;
+  PetscBool option, named = PETSC_FALSE;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -423,7 +397,12 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   steps->user_rtol = rtol;
   steps->accuracy = 0;
   PetscCall(TSGetAdapt(ts, &adapt));
-  if (steps->given && steps->learned) PetscCall(GiveWay(fault, adapt));
+  if (steps->given && steps->learned) PetscCall(TSAdaptRLIsChosen(adapt, &named));
+  if (steps->given && steps->learned && !named) { /* a policy that is only the default gives way to a given tolerance */
+    PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
+    if (!strcmp(controller, TSADAPTRL)) PetscCall(SlipAdaptSetController(adapt, fault->problem.control.controller));
+    steps->learned = PETSC_FALSE;
+  }
   PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, SlipFaultAccuracy(fault)));
   PetscCall(ChooseMethod(fault, ts, adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
@@ -492,30 +471,14 @@ PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints that the user chose rl, with the file of the policy. */
-static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
-{
-  const char *file = NULL;
-  char at[48] = "";
-  SlipPolicy policy;
-  PetscReal dial;
-
-  PetscFunctionBegin;
-  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
-  if (policy) PetscCall(SlipPolicyGetFile(policy, &file));
-  if (!file || !file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
-  if (dial > 0) (void)snprintf(at, sizeof(at), " at the accuracy %g", (double)dial);
-  PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl%s, policy %s\n", "steps:", at, file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Prints before the run what follows from the accuracy, and may be chosen otherwise. */
 PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 {
   const SlipFaultSteps *steps = &fault->steps;
-  char controller[64], *filter;
-  PetscReal dial;
+  char controller[64], at[48] = "", *filter;
+  const char *file = NULL;
+  SlipPolicy policy;
+  PetscReal dial = 0;
   TSAdapt adapt;
   PetscBool bathe, named, constant, follows;
 
@@ -536,9 +499,14 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscCall(SlipFaultBeginSteps(ts, PETSC_FALSE, fault));
   PetscCall(WarnOfIdle(fault, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
-  if (!steps->learned) PetscCall(ReportNamedPolicy(fault, adapt));
+  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
+  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (!steps->learned && policy) PetscCall(SlipPolicyGetFile(policy, &file));
+  if (file && file[0]) { /* the user chose rl */
+    if (dial > 0) (void)snprintf(at, sizeof(at), " at the accuracy %g", (double)dial);
+    PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl%s, policy %s\n", "steps:", at, file));
+  }
   if (steps->learned) {
-    PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
     PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl at the accuracy %g, for %s\n", "steps:", (double)dial,
                           Kinds[steps->kind].meaning));
   }
