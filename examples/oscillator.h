@@ -104,7 +104,8 @@ static PetscErrorCode Observe(TS ts, PetscReal t, PetscInt n, const PetscInt row
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipProblemOps OscillatorProblem = {.time_scale = TimeScale, .find = Find, .observe = Observe};
+static const SlipProblemOps OscillatorProblem = {.control = {.time_scale = TimeScale},
+                                                 .observations = {.find = Find, .observe = Observe}};
 
 /* 5. The TS: the system in one table, then PETSc as usual. The reaction enters row 0, that of v. */
 static inline PetscErrorCode ConfigureTS(Oscillator *o, TS ts)

@@ -101,8 +101,10 @@ PETSC_EXTERN PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages);
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 
-/* By these functions a problem informs controllers and integrators; any may be NULL. ctx is that of
-   TSSetSlipProblem(). */
+/* What a problem says of itself, in a struct for each of those who ask. Any function and any struct may be absent (NULL,
+   0); ctx is that of TSSetSlipProblem(). */
+
+/* Controllers */
 typedef struct {
   PetscErrorCode (*name)(TS ts, const char **name, void *ctx);      /* its name, which selects a default policy */
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar, void *ctx); /* T* [s]; NULL: 1 s */
@@ -111,15 +113,22 @@ typedef struct {
   /* The classical TSAdapt type of the problem, and after a colon its filter, with which a run under -ts_adapt_type rl
      continues outside of the policy's training; NULL: TSADAPTHEURISTIC */
   const char *controller;
-  /* TSBATHE calls it when a solve begins, before the controller chooses the first step and after it (chosen): sets the
-     tolerances of ts for the wanted accuracy, and afterwards stores those that the controller has set. */
-  PetscErrorCode (*begin)(TS ts, PetscBool chosen, void *ctx);
   /* TSADAPTRL calls it when another controller (fallback) takes over a run; it sets the tolerances of ts that this
      controller needs for the accuracy. */
   PetscErrorCode (*hand_over)(TS ts, TSAdapt fallback, PetscReal accuracy, void *ctx);
   /* How long the state w at t [s] stays exactly at rest [s]: 0 if a cell moves or is about to, PETSC_MAX_REAL for ever
      */
   PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);
+  /* TSADAPTLAPUSTA calls it after an attempt, with F at its end: the longest step in which no cell slips too far [s] */
+  PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx);
+  PetscBool measures; /* -ts_adapt_rl_measure names its errors; false: it has an error measure of its own */
+} SlipControlOps;
+
+/* Integrators, of any step */
+typedef struct {
+  /* TSBATHE calls it when a solve begins, before the controller chooses the first step and after it (chosen): sets the
+     tolerances of ts for the wanted accuracy, and afterwards stores those that the controller has set. */
+  PetscErrorCode (*begin)(TS ts, PetscBool chosen, void *ctx);
   /* TSBATHE, TSADAMS and TSLAPUSTA call it before a step of the length TSGetTimeStep(). next is the first time after t
      [s] at which the loading has a corner where a step must end; PETSC_MAX_REAL: there is none. */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next, void *ctx);
@@ -135,49 +144,70 @@ typedef struct {
   /* TSBATHE and TSRKC call it for the norm of the error estimate e of a step from w0 to w1; a step is accurate enough
      if the norm is at most 1. NULL: the weighted norm of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
-  /* TSLAPUSTA calls it: w1 is the state h [s] after w0 at constant slip rates; F has the rates of the displacements. */
-  PetscErrorCode (*drift)(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx);
-  /* TSADAPTLAPUSTA calls it after an attempt, with F at its end: the longest step in which no cell slips too far [s] */
-  PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx);
-  /* TSLAPUSTA calls it: the shortest useful step [s]; 0: there is none */
-  PetscErrorCode (*shortest)(TS ts, PetscReal *step, void *ctx);
-  /* TSLAPUSTA calls it at the start (t, w) of a step: do all cells rest while waves are under way that may start slip?
-     If so, steps are at most four times the shortest one, and the shortest one where slip starts, because a controller
-     would lengthen the steps of a state that does not change. */
-  PetscErrorCode (*waits)(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx);
   /* TSADAMS and TSRKC call it at the end t [s] of a step, after the right-hand side there: it computes the components
      of w that have no derivative from the others. */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);
   /* They call it likewise, and then: the fastest rate at which the solution relaxes at the state w [1/s]. It bounds
      stable steps under controllers that do not observe it; 0: unknown */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate, void *ctx);
-  /* TSBATHE takes explicit steps besides implicit ones if a problem has these four functions, finish() and
-     relaxation(), where the rate 0 means implicit steps. side(): f = dw/dt of the state w at t [s], 0 where a component
-     has no derivative. middle(): the state w1 in the middle of a step h [s] from w0 to w2, whose right-hand sides are
-     f0 and f2. side_error(): the norm of the error e of such a step, as error() is of the others. reaction(): that of a
-     state w which finish() has completed. */
+  PetscBool any_integrator; /* it has no constraint, so that types other than TSBATHE solve it as well */
+} SlipStepOps;
+
+/* TSLAPUSTA, whose steps have constant slip rates */
+typedef struct {
+  /* w1 is the state h [s] after w0 at constant slip rates; F has the rates of the displacements. */
+  PetscErrorCode (*drift)(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx);
+  PetscErrorCode (*shortest)(TS ts, PetscReal *step, void *ctx); /* the shortest useful step [s]; 0: there is none */
+  /* At the start (t, w) of a step: do all cells rest while waves are under way that may start slip? If so, steps are at
+     most four times the shortest one, and the shortest one where slip starts, because a controller would lengthen the
+     steps of a state that does not change. */
+  PetscErrorCode (*waits)(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx);
+} SlipDriftOps;
+
+/* TSBATHE takes explicit steps besides implicit ones if a problem has all of these, finish() and relaxation(), where the
+   rate 0 means implicit steps. */
+typedef struct {
+  /* f = dw/dt of the state w at t [s], 0 where a component has no derivative */
   PetscErrorCode (*side)(TS ts, PetscReal t, Vec w, Vec f, void *ctx);
+  /* The state w1 in the middle of a step h [s] from w0 to w2, whose right-hand sides are f0 and f2 */
   PetscErrorCode (*middle)(TS ts, PetscReal h, Vec w0, Vec w2, Vec f0, Vec f2, Vec w1, void *ctx);
-  PetscErrorCode (*side_error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
+  /* The norm of the error e of such a step, as error() of SlipStepOps is of the others */
+  PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
+  /* The reaction of a state w which finish() has completed */
   PetscErrorCode (*reaction)(TS ts, PetscReal t, Vec w, Vec r, void *ctx);
-  /* For problems with a history; TSBATHE, TSADAMS and TSRKC call all three, or the problem has none of them. accept():
-     a step begins from the accepted state w at t [s]; first: a run begins, without a history. It is called when the
+} SlipSideOps;
+
+/* The history of a problem that has one. TSBATHE, TSADAMS and TSRKC call the first three, or the problem has none of
+   them. */
+typedef struct {
+  /* A step begins from the accepted state w at t [s]; first: a run begins, without a history. It is called when the
      next step begins, so that states inside the last step still follow from the history before it. */
   PetscErrorCode (*accept)(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx);
-  /* advance(): the next part of an attempt begins from w, which is not accepted yet. rollback(): an attempt is given
-     up, or a step that an event interpolates again; the history is that of the start of the step. */
+  /* The next part of an attempt begins from w, which is not accepted yet. */
   PetscErrorCode (*advance)(TS ts, PetscReal t, Vec w, void *ctx);
+  /* An attempt is given up, or a step that an event interpolates again; the history is that of the start of the step. */
   PetscErrorCode (*rollback)(TS ts, void *ctx);
-  /* Observations of the problem's own. find(), called once a run: the number of the row with a name, -1 for none.
-     observe(), called once a state: values of rows [n] in the current solution at the time t [s]; TSGetTime() is the
-     start of the step until the controller has chosen. */
-  PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row, void *ctx);
-  PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx);
   /* For problems that allow times to count from a moving origin (TSGetSlipOrigin()). Between two steps the origin
      becomes this one [s], and the problem subtracts `by` from all times that it stores. */
   PetscErrorCode (*origin)(TS ts, PetscReal origin, PetscReal by, void *ctx);
-  PetscBool any_integrator; /* it has no constraint, so that types other than TSBATHE solve it as well */
-  PetscBool measures;       /* -ts_adapt_rl_measure names its errors; false: it has an error measure of its own */
+} SlipHistoryOps;
+
+/* The problem's own observations, for policies and records */
+typedef struct {
+  /* Called once a run: the number of the row with a name, -1 for none */
+  PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row, void *ctx);
+  /* Called once a state: values of rows [n] in the current solution at the time t [s]; TSGetTime() is the start of the
+     step until the controller has chosen. */
+  PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx);
+} SlipObserveOps;
+
+typedef struct {
+  SlipControlOps control;
+  SlipStepOps steps;
+  SlipDriftOps drifts;
+  SlipSideOps sides;
+  SlipHistoryOps history;
+  SlipObserveOps observations;
 } SlipProblemOps;
 
 PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem, void *ctx);

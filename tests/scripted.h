@@ -108,10 +108,8 @@ static inline PetscErrorCode Step_Scripted(TS ts)
   return PETSC_SUCCESS;
 }
 
-static const SlipProblemOps Scripted = {.time_scale = TimeScale_Scripted,
-                                        .untrained = Untrained_Scripted,
-                                        .find = Find_Scripted,
-                                        .observe = Observe_Scripted};
+static const SlipProblemOps Scripted = {.control = {.time_scale = TimeScale_Scripted, .untrained = Untrained_Scripted},
+                                        .observations = {.find = Find_Scripted, .observe = Observe_Scripted}};
 
 static inline PetscErrorCode Create_Scripted(TS ts)
 {

@@ -17,11 +17,11 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &lapusta));
-  PetscCheck(lapusta && problem && problem->slip_step, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
-             "-ts_adapt_type " TSADAPTLAPUSTA
-             " bounds the slip of cells in steps of constant rates: expected a fault and "
-             "-ts_type " TSLAPUSTA);
-  PetscCall((*problem->slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, ctx));
+  PetscCheck(
+    lapusta && problem && problem->control.slip_step, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+    "-ts_adapt_type " TSADAPTLAPUSTA " bounds the slip of cells in steps of constant rates: expected a fault and "
+    "-ts_type " TSLAPUSTA);
+  PetscCall((*problem->control.slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, ctx));
   *next_sc = 0;
   *wlte = *wltea = *wlter = -1;
   *accept = h <= TOO_LONG * longest || h <= adapt->dt_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;

@@ -43,7 +43,8 @@ PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts)
   o->run.tstar = 1;
   PetscCall(SlipClockRead(ts, &o->run.time, &o->run.max_time));
   PetscCall(TSGetSlipProblem(ts, &o->problem, &o->ctx));
-  if (o->problem && o->problem->time_scale) PetscCall((*o->problem->time_scale)(ts, &o->run.tstar, o->ctx));
+  if (o->problem && o->problem->control.time_scale)
+    PetscCall((*o->problem->control.time_scale)(ts, &o->run.tstar, o->ctx));
   PetscCall(VecDuplicate(ts->vec_sol, &o->w0));
   PetscCall(VecCopy(ts->vec_sol, o->w0));
   PetscCall(VecNorm(o->w0, NORM_2, &o->run.norm0));
@@ -78,8 +79,8 @@ PetscErrorCode SlipObserverFindRows(SlipObserver *o, PetscInt n, SlipObserved se
     seen[i].has_base = PETSC_FALSE;
     seen[i].own = -1;
     if (!SlipObservedOfState(&seen[i])) continue;
-    if (o->problem && o->problem->find)
-      PetscCall((*o->problem->find)(o->ts, seen[i].name + seen[i].change, &seen[i].own, o->ctx));
+    if (o->problem && o->problem->observations.find)
+      PetscCall((*o->problem->observations.find)(o->ts, seen[i].name + seen[i].change, &seen[i].own, o->ctx));
     if (seen[i].own >= 0)
       o->own[o->nown++] = seen[i].own;
     else if (!seen[i].row || !seen[i].row->run)
@@ -137,7 +138,7 @@ PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], Pet
   o->run.residual = o->last.residual;
   o->run.dt = o->last.dt;
   if (state_changed && o->nown)
-    PetscCall((*o->problem->observe)(o->ts, o->run.time, o->nown, o->own, o->value, o->ctx));
+    PetscCall((*o->problem->observations.observe)(o->ts, o->run.time, o->nown, o->own, o->value, o->ctx));
   for (PetscInt i = 0; i < n; i++) {
     PetscReal value;
 

@@ -68,7 +68,8 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   rl->hold = 0;
   rl->solves_failed = ts->num_snes_failures;
   rl->paced = 0;
-  if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why, o->ctx));
+  if (o->problem && o->problem->control.untrained && !rl->relative)
+    PetscCall((*o->problem->control.untrained)(ts, &why, o->ctx));
   if (why) PetscCall(HandOver_RL(adapt, ts, why));
   PetscCall(TSAdaptRLWarnOfIdle_Private(adapt, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -200,10 +201,10 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
        therefore limits the step while any cell moves, and a step at rest lasts until a cell slips, which the problem
        computes. */
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
-    if (limited && problem && problem->rest_time) {
+    if (limited && problem && problem->control.rest_time) {
       PetscCall(TSGetTime(ts, &t));
       PetscCall(TSGetSolution(ts, &w));
-      PetscCall((*problem->rest_time)(ts, t, w, &rest, o->ctx));
+      PetscCall((*problem->control.rest_time)(ts, t, w, &rest, o->ctx));
     }
     if (limited) *h = SlipControlRest(*h, limit * o->run.tstar, rest, o->run.max_time - o->run.time);
     PetscCall(WatchRange_RL(adapt, ts, outside));

@@ -12,7 +12,7 @@ const char *TSAdaptRLFallbackType_Private(const TSAdapt_RL *rl)
 {
   const SlipProblemOps *problem = rl->observer.problem;
 
-  return problem && problem->controller ? problem->controller : TSADAPTHEURISTIC;
+  return problem && problem->control.controller ? problem->control.controller : TSADAPTHEURISTIC;
 }
 
 /* Creates a controller without memory */
@@ -73,8 +73,8 @@ static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
 
   PetscFunctionBegin;
   PetscCall(SlipAdaptGetController(rl->fallback, rl->fallback_name, sizeof(rl->fallback_name)));
-  if (problem && problem->hand_over)
-    PetscCall((*problem->hand_over)(ts, rl->fallback, rl->observer.run.accuracy, rl->observer.ctx));
+  if (problem && problem->control.hand_over)
+    PetscCall((*problem->control.hand_over)(ts, rl->fallback, rl->observer.run.accuracy, rl->observer.ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -106,7 +106,7 @@ PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
   const MPI_Comm comm = PetscObjectComm((PetscObject)adapt);
-  const PetscBool measures = problem ? problem->measures : PETSC_FALSE;
+  const PetscBool measures = problem ? problem->control.measures : PETSC_FALSE;
   const char *trained, *source;
 
   PetscFunctionBegin;

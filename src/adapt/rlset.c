@@ -407,7 +407,7 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   PetscFunctionBegin;
   if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (!name[0] && problem && problem->name) PetscCall((*problem->name)(ts, &name, ctx));
+  if (!name[0] && problem && problem->control.name) PetscCall((*problem->control.name)(ts, &name, ctx));
   PetscCall(TSAdaptRLCheckMeasure_Private(adapt, problem, name));
   if (rl->policy) {
     PetscCall(SlipPolicyGetAttribute(rl->policy, "problem", &trained));

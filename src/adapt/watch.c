@@ -13,30 +13,21 @@ typedef struct {
   PetscInt rejected; /* reported attempts */
 } Watch;
 
-/* Reports those attempts before the attempt h that failed in a stage */
-static PetscErrorCode TellFailed(Watch *watch, TSAdapt adapt, TS ts, PetscReal h)
-{
-  PetscInt rejected;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetStepRejections(ts, &rejected));
-  for (; watch->rejected < rejected; watch->rejected++)
-    PetscCall((*watch->told)(
-      ts, &(SlipAttempt){.time = ts->ptime,
-                         .dt = h / PetscPowReal(adapt->scale_solve_failed, (PetscReal)(rejected - watch->rejected)),
-                         .error = -1}));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSAdaptChoose_Watched(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                             PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
+  PetscInt rejected;
   Watch *watch;
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)adapt, key, &watch));
   PetscCall((*watch->choose)(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
-  PetscCall(TellFailed(watch, adapt, ts, h));
+  PetscCall(TSGetStepRejections(ts, &rejected));
+  for (; watch->rejected < rejected; watch->rejected++) /* those that failed in a stage */
+    PetscCall((*watch->told)(
+      ts, &(SlipAttempt){.time = ts->ptime,
+                         .dt = h / PetscPowReal(adapt->scale_solve_failed, (PetscReal)(rejected - watch->rejected)),
+                         .error = -1}));
   if (!*accept) watch->rejected++;
   PetscCall((*watch->told)(
     ts, &(SlipAttempt){.time = ts->ptime, .dt = h, .converged = PETSC_TRUE, .accepted = *accept, .error = *wlte}));

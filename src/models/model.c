@@ -178,8 +178,8 @@ static PetscErrorCode Name_Model(TS ts, const char **name, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipProblemOps ModelProblem = {
-  .name = Name_Model, .time_scale = TimeScale_Model, .find = Find_Model, .observe = Observe_Model};
+static const SlipProblemOps ModelProblem = {.control = {.name = Name_Model, .time_scale = TimeScale_Model},
+                                            .observations = {.find = Find_Model, .observe = Observe_Model}};
 
 /*@C
   SlipModelConfigureTS - makes a TS integrate a small model

@@ -154,27 +154,12 @@ static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compares the checksum with that of the content; older files have none. */
-static PetscErrorCode CheckSum(SlipH5 *h5, SlipPolicy p)
+static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
 {
   char noted[64];
   const char *hash;
   PetscBool has;
 
-  PetscFunctionBegin;
-  PetscCall(SlipH5HasAttribute(h5, "/", "checksum", &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5ReadAttrString(h5, "/", "checksum", noted, sizeof(noted)));
-  PetscCall(SlipPolicyGetHash(p, &hash));
-  PetscCheck(!strcmp(noted, hash), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: the checksum of its content is %s, expected \"%s\" (attribute checksum of /): it is damaged, or was "
-             "edited; without that attribute it is read as it is",
-             h5->name, hash, noted);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
-{
   PetscFunctionBegin;
   PetscCall(SlipPolicyCheckFormat(h5, POLICY_FORMAT, POLICY_VERSION));
   PetscCall(ReadObservations(h5, p));
@@ -183,7 +168,14 @@ static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
   PetscCall(ReadAction(h5, p));
   PetscCall(ReadAttributes(h5, p));
   PetscCall(SlipPolicyCheck_Private(p));
-  PetscCall(CheckSum(h5, p));
+  PetscCall(SlipH5HasAttribute(h5, "/", "checksum", &has)); /* older files have none */
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadAttrString(h5, "/", "checksum", noted, sizeof(noted)));
+  PetscCall(SlipPolicyGetHash(p, &hash));
+  PetscCheck(!strcmp(noted, hash), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: the checksum of its content is %s, expected \"%s\" (attribute checksum of /): it is damaged, or was "
+             "edited; without that attribute it is read as it is",
+             h5->name, hash, noted);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,7 +265,7 @@ static PetscErrorCode WriteLayer(SlipH5 *h5, PetscInt k, const SlipLayer *layer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WriteRoot(SlipH5 *h5, SlipPolicy p)
+static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
 {
   const char *hash;
   PetscReal number;
@@ -294,13 +286,6 @@ static PetscErrorCode WriteRoot(SlipH5 *h5, SlipPolicy p)
     else
       PetscCall(SlipH5WriteAttrReal(h5, "/", name, number));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
-{
-  PetscFunctionBegin;
-  PetscCall(WriteRoot(h5, p));
   PetscCall(SlipH5WriteStrings(h5, "/observation/names", p->n, (const char *const *)p->names));
   PetscCall(SlipH5WriteReal(h5, "/observation/scale", 1, &p->n, p->scale, NULL));
   PetscCall(SlipH5WriteReal(h5, "/observation/offset", 1, &p->n, p->offset, NULL));

@@ -346,7 +346,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   if (!run->file) PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run->file));
   file = run->file;
   PetscCall(SlipOutputBegin(file));
-  if (fault->problem.any_integrator)
+  if (fault->problem.steps.any_integrator)
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
   PetscCall(ProductsResult(run, file));
   PetscCall(TrafficResult(fault, file));

@@ -45,15 +45,6 @@ static PetscErrorCode TSReset_Adams(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSDestroy_Adams(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSReset_Adams(ts));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
-  PetscCall(PetscFree(ts->data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -403,20 +394,8 @@ static PetscErrorCode Retry(TS ts, PetscBool good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSStep_Adams(TS ts)
-{
-  static const SlipAttemptOps ops = {
-    .begin = Start, .attempt = Attempt, .order = Order, .retry = Retry, .accept = Accept};
-  const SlipProblemOps *problem;
-  PetscBool accepted;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (accepted && problem && problem->relaxation) PetscCall(SlipAdamsBoundStep(ts, problem, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+static const SlipAttemptOps ops = {
+  .begin = Start, .attempt = Attempt, .order = Order, .retry = Retry, .accept = Accept, .bound = SlipAdamsBoundStep};
 
 /* Interpolates within the last step by the polynomial through both ends of the step whose slopes there, and at the
    starts of as many earlier steps as its order has, are the derivatives. For order 1 that is Hermite's cubic. Where
@@ -482,7 +461,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   of time is an error. After two rejected attempts the formulas restart at order 1. A constant step (TSADAPTNONE) that
   leaves the domain ends the run, because the equally long steps before it have made the state inaccurate.
 
-  If the problem has the operation SlipProblemOps.relaxation, the rate at which its solution relaxes, and the error
+  If the problem has the operation SlipStepOps.relaxation, the rate at which its solution relaxes, and the error
   allows steps that one correction does not make stable, a step with a predictor of order 1 to 4 has as many corrections
   as it needs: 2 to 5 for 6 to 28 relaxation times at order 2. Their error must be 40 times below the tolerance, because
   errors between events add up to those of the times of events. Constant steps, steps of rl, and steps of a fault with
@@ -500,15 +479,16 @@ PetscErrorCode TSCreate_Adams(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ad));
   ts->data = ad;
+  ad->at.ops = &ops;
   ad->max_order = 5;
   ad->most = SLIP_ADAMS_CORRECTIONS;
   ad->corrections = 1;
   ts->ops->reset = TSReset_Adams;
-  ts->ops->destroy = TSDestroy_Adams;
+  ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->view = TSView_Adams;
   ts->ops->setup = TSSetUp_Adams;
   ts->ops->setfromoptions = TSSetFromOptions_Adams;
-  ts->ops->step = TSStep_Adams;
+  ts->ops->step = SlipAttemptsStep;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Adams;
   ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_Adams;

@@ -100,17 +100,20 @@ void SlipAdamsCount(TS ts)
 /* Bounds the next step to what is stable with the number of corrections that pays. A learned controller observes the
    relaxation times and constant steps are the user's choice, so these are not bounded; the other controllers see an
    instability in the error only after it has begun. */
-PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx)
+PetscErrorCode SlipAdamsBoundStep(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
+  const SlipProblemOps *problem;
   PetscReal rate, hr, longest;
   PetscBool left;
   PetscInt cost;
+  void *ctx;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &left, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
   if (left) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate, ctx));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &rate, ctx));
   ad->rates[1] = ad->rates[0];
   ad->rates[0] = rate;
   if (!(rate > 0)) PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,7 +1,6 @@
 /* TSBATHE as a PETSc TS type: creation, options, view, interpolation. The step is in bathestep.c, its stages in
    bathestage.c. */
-#include <slipstep/private/slipts.h>
-#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipbathe.h>
 #include <slipstep/rooms/slipsys.h>
 
 /* PETSc's defaults of -ts_max_snes_failures, by which the first failed stage ends a run, and of -ts_max_reject */
@@ -27,8 +26,24 @@ const char *const TSBatheErrors[] = {"embedded", "doubling", "none", "TSBatheErr
 static PetscErrorCode TSReset_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec *vecs[] = {&ba->X0,   &ba->Y[0],   &ba->Y[1], &ba->K0, &ba->K1, &ba->K2, &ba->Wm, &ba->Wfull, &ba->Wmid,
-                 &ba->base, &ba->affine, &ba->Xdot, &ba->E,  &ba->r0, &ba->r1, &ba->x,  &ba->rmid,  &ba->Fs};
+  Vec *vecs[] = {&ba->X0,
+                 &ba->Y[0],
+                 &ba->Y[1],
+                 &ba->K0,
+                 &ba->K1,
+                 &ba->K2,
+                 &ba->Wm,
+                 &ba->parts.Wfull,
+                 &ba->parts.Wmid,
+                 &ba->stages.base,
+                 &ba->stages.affine,
+                 &ba->stages.Xdot,
+                 &ba->estimate.E,
+                 &ba->r0,
+                 &ba->stages.r1,
+                 &ba->x,
+                 &ba->parts.rmid,
+                 &ba->stages.Fs};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
@@ -36,6 +51,7 @@ static PetscErrorCode TSReset_Bathe(TS ts)
   PetscCall(TSStabilisedReset(ts));
   ba->k0_known = ba->k2_known = PETSC_FALSE;
   ba->sol_id = 0;
+  ba->was = &TSBatheImplicit;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -50,8 +66,8 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
   if (ba->con && ts->snes) PetscCall(SNESSetSlipConstraint(ts->snes, NULL)); /* another type cannot use it */
   PetscCall(SlipConstraintDestroy(&ba->con));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", NULL));
-  if (ba->lifted_failures && ts->max_snes_failures == SLIP_UNLIMITED) ts->max_snes_failures = PETSC_FAILURES;
-  if (ba->lifted_rejections && ts->max_reject == SLIP_UNLIMITED) ts->max_reject = PETSC_REJECTIONS;
+  if (ba->failures.lifted && ts->max_snes_failures == SLIP_UNLIMITED) ts->max_snes_failures = PETSC_FAILURES;
+  if (ba->failures.rejections && ts->max_reject == SLIP_UNLIMITED) ts->max_reject = PETSC_REJECTIONS;
   PetscCall(PetscFree(ts->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -60,8 +76,8 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
 static PetscErrorCode TSBatheWarnOfIdle(TS ts)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;
-  const PetscBool backward = ba->first == TSBATHE_STAGE_BACKWARD ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool stages = ba->method != TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool backward = ba->stages.first == TSBATHE_STAGE_BACKWARD ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool stages = ba->choice.method != TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
   static struct {
     const char *option;
     PetscBool told;
@@ -73,7 +89,7 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
                        !ba->con   ? "the problem has no set-valued reaction"
                        : backward ? "-ts_bathe_first_stage is backward, which has only one treatment of it"
                                   : NULL,
-                       ba->error != TSBATHE_ERROR_DOUBLING ? "it is for -ts_bathe_error doubling" : NULL, NULL};
+                       ba->estimate.type != TSBATHE_ERROR_DOUBLING ? "it is for -ts_bathe_error doubling" : NULL, NULL};
   PetscMPIInt rank;
   PetscBool constant;
 
@@ -95,42 +111,33 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Chooses the rule of stage 1 where TSBatheSetFirstStage() was not called. */
-static PetscErrorCode TSBatheChooseFirstStage(TS ts)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  TSIFunction ifunction;
-  DM dm;
-
-  PetscFunctionBegin;
-  if (ba->first_set || ba->con) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetDM(ts, &dm));
-  PetscCall(DMTSGetIFunction(dm, &ifunction, NULL));
-  PetscCall(TSBatheSetFirstStage(ts, ifunction ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
-  ba->first_set = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec *full[] = {&ba->X0, &ba->Y[0], &ba->Y[1], &ba->K0, &ba->K1, &ba->K2, &ba->Wm, &ba->base, &ba->E};
+  Vec *full[] = {&ba->X0, &ba->Y[0], &ba->Y[1], &ba->K0, &ba->K1, &ba->K2, &ba->Wm, &ba->stages.base, &ba->estimate.E};
+  TSIFunction ifunction;
   PetscBool ours;
   SNES snes;
+  DM dm;
 
   PetscFunctionBegin;
   PetscCall(PetscCitationsRegister(citation, &cited));
-  PetscCall(TSBatheChooseFirstStage(ts));
+  if (!ba->stages.first_set && !ba->con) {
+    PetscCall(TSGetDM(ts, &dm));
+    PetscCall(DMTSGetIFunction(dm, &ifunction, NULL));
+    PetscCall(TSBatheSetFirstStage(ts, ifunction ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
+    ba->stages.first_set = PETSC_FALSE;
+  }
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(full); i++)
     if (!*full[i]) PetscCall(VecDuplicate(ts->vec_sol, full[i]));
   if (ba->con) {
-    if (!ba->Fs) PetscCall(VecDuplicate(ts->vec_sol, &ba->Fs));
+    if (!ba->stages.Fs) PetscCall(VecDuplicate(ts->vec_sol, &ba->stages.Fs));
     if (!ba->r0) PetscCall(VecDuplicate(ba->r, &ba->r0));
-    if (!ba->r1) PetscCall(VecDuplicate(ba->r, &ba->r1));
+    if (!ba->stages.r1) PetscCall(VecDuplicate(ba->r, &ba->stages.r1));
     if (!ba->x) PetscCall(VecDuplicate(ba->r, &ba->x));
   } else {
-    if (!ba->affine) PetscCall(VecDuplicate(ts->vec_sol, &ba->affine));
-    if (!ba->Xdot) PetscCall(VecDuplicate(ts->vec_sol, &ba->Xdot));
+    if (!ba->stages.affine) PetscCall(VecDuplicate(ts->vec_sol, &ba->stages.affine));
+    if (!ba->stages.Xdot) PetscCall(VecDuplicate(ts->vec_sol, &ba->stages.Xdot));
   }
   PetscCall(TSGetAdapt(ts, &ts->adapt));
   PetscCall(TSAdaptCandidatesClear(ts->adapt));
@@ -149,12 +156,12 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscBool flg;
-  PetscReal gamma = ba->gamma, stage_error = ba->stage_error;
-  PetscInt order = ba->order;
-  TSBatheReactionType reaction = ba->reaction;
-  TSBatheFirstStage first = ba->first;
-  TSBatheError error = ba->error;
-  TSBatheMethod method = ba->method;
+  PetscReal gamma = ba->stages.gamma, stage_error = ba->stages.allowed;
+  PetscInt order = ba->estimate.order;
+  TSBatheReactionType reaction = ba->stages.reaction;
+  TSBatheFirstStage first = ba->stages.first;
+  TSBatheError error = ba->estimate.type;
+  TSBatheMethod method = ba->choice.method;
   PetscBool moreau;
 
   PetscFunctionBegin;
@@ -195,9 +202,9 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
                                    ((PetscObject)ts)->prefix, "-ts_bathe_max_failures"));
   PetscCall(PetscOptionsInt("-ts_bathe_max_failures",
                             "Attempts >= 1 in a row that may fail to converge before the run stops (default 50)", "",
-                            ba->max_failures, &ba->max_failures, NULL));
-  PetscCheck(ba->max_failures >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
-             "-ts_bathe_max_failures is %" PetscInt_FMT ", expected at least 1", ba->max_failures);
+                            ba->failures.most, &ba->failures.most, NULL));
+  PetscCheck(ba->failures.most >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_bathe_max_failures is %" PetscInt_FMT ", expected at least 1", ba->failures.most);
   PetscCall(PetscOptionsReal("-ts_bathe_stage_error",
                              "What inexact solves of stages may add to the local error of a step, over that, in [0, 1) "
                              "(default 0.1); 0: to -snes_rtol",
@@ -215,24 +222,25 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  if (ba->method == TSBATHE_METHOD_AUTO)
+  if (ba->choice.method == TSBATHE_METHOD_AUTO)
     PetscCall(PetscViewerASCIIPrintf(
-      viewer, "  explicit or implicit, as takes fewer products; explicit attempts=%" PetscInt_FMT "\n", ba->explicits));
-  if (ba->method == TSBATHE_METHOD_EXPLICIT)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  explicit, error estimate %s\n", TSBatheErrors[ba->error]));
-  else if (ba->first == TSBATHE_STAGE_BACKWARD)
+      viewer, "  explicit or implicit, as takes fewer products; explicit attempts=%" PetscInt_FMT "\n",
+      ba->totals.explicits));
+  if (ba->choice.method == TSBATHE_METHOD_EXPLICIT)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  explicit, error estimate %s\n", TSBatheErrors[ba->estimate.type]));
+  else if (ba->stages.first == TSBATHE_STAGE_BACKWARD)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  both stages backward, error estimate %s, reaction %s\n",
-                                     TSBatheErrors[ba->error], ba->con ? "implicit" : "absent"));
+                                     TSBatheErrors[ba->estimate.type], ba->con ? "implicit" : "absent"));
   else
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->gamma,
-                                     TSBatheErrors[ba->error],
-                                     ba->con ? TSBatheReactionTypes[ba->reaction] : "absent"));
-  if (ba->error == TSBATHE_ERROR_DOUBLING)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  order assumed by doubling=%" PetscInt_FMT "\n", ba->order));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  gamma=%g, error estimate %s, reaction %s\n", (double)ba->stages.gamma,
+                                     TSBatheErrors[ba->estimate.type],
+                                     ba->con ? TSBatheReactionTypes[ba->stages.reaction] : "absent"));
+  if (ba->estimate.type == TSBATHE_ERROR_DOUBLING)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  order assumed by doubling=%" PetscInt_FMT "\n", ba->estimate.order));
   PetscCall(PetscViewerASCIIPrintf(viewer,
                                    "  attempts=%" PetscInt_FMT ", accepted=%" PetscInt_FMT
                                    ", Bathe solves=%" PetscInt_FMT ", failures in a row allowed=%" PetscInt_FMT "\n",
-                                   ba->attempts, ba->accepted, ba->solves, ba->max_failures));
+                                   ba->totals.attempts, ba->totals.accepted, ba->totals.solves, ba->failures.most));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -256,7 +264,7 @@ static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
     s = (t - ts->ptime_prev) / h;
     break;
   }
-  if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->last.solves == 1) { /* Hermite's cubic */
+  if (ba->was->hermite && ba->last.solves == 1) { /* Hermite's cubic */
     vecs[0] = ba->X0;
     weight[0] = (1 + 2 * s) * PetscSqr(1 - s);
     vecs[1] = ba->Y[1];
@@ -289,7 +297,9 @@ static PetscErrorCode TSEvaluateWLTE_Bathe(TS ts, NormType wnormtype, PetscInt *
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  if (order) *order = ba->error == TSBATHE_ERROR_DOUBLING ? ba->order + 1 : 3; /* the power of h in the estimate */
+  if (order)
+    *order =
+      ba->estimate.type == TSBATHE_ERROR_DOUBLING ? ba->estimate.order + 1 : 3; /* the power of h in the estimate */
   *wlte = ba->last.error;
   if (ba->last.error >= 0.0 && wnormtype != NORM_2) PetscCall(TSBatheErrorNorm(ts, wnormtype, wlte));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -309,12 +319,12 @@ static PetscErrorCode TSGetStages_Bathe(TS ts, PetscInt *n, Vec **Y)
 static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscReal xi, PetscReal *yr, PetscReal *yi)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipBathe c = ba->c;
+  const SlipBathe c = ba->stages.c;
   PetscReal b = c.theta[1], g = c.theta[0], nr, ni, dr, di, d2, wr, wi;
 
   PetscFunctionBegin;
   nr = 1.0, ni = 0.0;
-  if (ba->first == TSBATHE_STAGE_TRAPEZOIDAL) nr += g * xr, ni += g * xi;
+  if (ba->stages.first == TSBATHE_STAGE_TRAPEZOIDAL) nr += g * xr, ni += g * xi;
   dr = 1.0 - g * xr, di = -g * xi, d2 = dr * dr + di * di;
   wr = c.a1 * (nr * dr + ni * di) / d2 - c.a0, wi = c.a1 * (ni * dr - nr * di) / d2;
   dr = 1.0 - b * xr, di = -b * xi, d2 = dr * dr + di * di;
@@ -381,12 +391,13 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ba));
   ts->data = ba;
-  ba->gamma = 0.5;
-  SlipBatheSetUp(ba->gamma, &ba->c);
-  ba->order = 1;
-  ba->max_failures = 50;
-  ba->stage_error = 0.1;
-  SlipMethodSetUp(&ba->costs);
+  ba->stages.gamma = 0.5;
+  SlipBatheSetUp(ba->stages.gamma, &ba->stages.c);
+  ba->estimate.order = 1;
+  ba->failures.most = 50;
+  ba->stages.allowed = 0.1;
+  SlipMethodSetUp(&ba->moreau.costs);
+  ba->now = ba->was = &TSBatheImplicit;
   ba->share = 0.5;
   ba->status = TS_STEP_COMPLETE;
   ts->ops->reset = TSReset_Bathe;
@@ -397,10 +408,10 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ts->default_adapt_type = TSADAPTNONE;
   ts->usessnes = PETSC_TRUE;
   /* given options are read later */
-  ba->lifted_failures = ts->max_snes_failures == PETSC_FAILURES ? PETSC_TRUE : PETSC_FALSE;
-  ba->lifted_rejections = ts->max_reject == PETSC_REJECTIONS ? PETSC_TRUE : PETSC_FALSE;
-  if (ba->lifted_failures) ts->max_snes_failures = SLIP_UNLIMITED;
-  if (ba->lifted_rejections) ts->max_reject = SLIP_UNLIMITED;
+  ba->failures.lifted = ts->max_snes_failures == PETSC_FAILURES ? PETSC_TRUE : PETSC_FALSE;
+  ba->failures.rejections = ts->max_reject == PETSC_REJECTIONS ? PETSC_TRUE : PETSC_FALSE;
+  if (ba->failures.lifted) ts->max_snes_failures = SLIP_UNLIMITED;
+  if (ba->failures.rejections) ts->max_reject = SLIP_UNLIMITED;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
   PetscCall(PetscObjectQuery((PetscObject)ts, TSBATHE_CONSTRAINT, (PetscObject *)&ba->con));
   if (ba->con) { /* the TS had it as the other type, TSBatheSetConstraint() */

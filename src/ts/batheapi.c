@@ -1,7 +1,7 @@
 /* TSBATHE's setters and getters of choices and of the reaction, which access the data of a TS of type bathe. Setters of
    choices ignore other types, as PetscTryMethod() would; for other types all else is an error, as with
    PetscUseMethod(). */
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 
 /* Returns whether a TS is of type TSBATHE or TSMOREAU, which have the same functions. is: `PETSC_TRUE`: it is of one of
    these types. */
@@ -54,8 +54,8 @@ PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma)
   PetscCheck(gamma > 0.0 && gamma < 1.0, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_bathe_gamma is %.6g, expected a number in (0, 1)", (double)gamma);
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
-  ba->gamma = gamma;
-  if (ba->first == TSBATHE_STAGE_TRAPEZOIDAL) SlipBatheSetUp(gamma, &ba->c);
+  ba->stages.gamma = gamma;
+  if (ba->stages.first == TSBATHE_STAGE_TRAPEZOIDAL) SlipBatheSetUp(gamma, &ba->stages.c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -80,7 +80,7 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *gamma = ba->gamma;
+  *gamma = ba->stages.gamma;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,12 +118,12 @@ PetscErrorCode TSBatheSetFirstStage(TS ts, TSBatheFirstStage rule)
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveEnum(ts, rule, 2);
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
-  ba->first_set = PETSC_TRUE;
-  ba->first = rule;
+  ba->stages.first_set = PETSC_TRUE;
+  ba->stages.first = rule;
   if (rule == TSBATHE_STAGE_BACKWARD)
-    SlipBatheSetUpBackward(&ba->c);
+    SlipBatheSetUpBackward(&ba->stages.c);
   else
-    SlipBatheSetUp(ba->gamma, &ba->c);
+    SlipBatheSetUp(ba->stages.gamma, &ba->stages.c);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -148,7 +148,7 @@ PetscErrorCode TSBatheGetFirstStage(TS ts, TSBatheFirstStage *rule)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *rule = ba->first;
+  *rule = ba->stages.first;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,7 +176,7 @@ PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type)
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveEnum(ts, type, 2);
-  if (ba) ba->reaction = type;
+  if (ba) ba->stages.reaction = type;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,7 +201,7 @@ PetscErrorCode TSBatheGetReactionType(TS ts, TSBatheReactionType *type)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *type = ba->reaction;
+  *type = ba->stages.reaction;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,8 +230,8 @@ PetscErrorCode TSBatheSetError(TS ts, TSBatheError error)
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveEnum(ts, error, 2);
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
-  ba->error = error;
-  ba->error_set = PETSC_TRUE;
+  ba->estimate.type = error;
+  ba->estimate.given = PETSC_TRUE;
   ba->k0_known = PETSC_FALSE;
   ba->sol_id = 0; /* K0 is not stored: the next step computes it */
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -258,7 +258,7 @@ PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *error = ba->error;
+  *error = ba->estimate.type;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -296,7 +296,7 @@ PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share)
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(share >= 0 && share < 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_bathe_stage_error is %g, expected a number in [0, 1)", (double)share);
-  ba->stage_error = share;
+  ba->stages.allowed = share;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -312,7 +312,7 @@ PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p)
   PetscValidLogicalCollectiveInt(ts, p, 2);
   PetscCheck(p >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_bathe_order is %" PetscInt_FMT ", expected at least 1", p);
-  if (ba) ba->order = p;
+  if (ba) ba->estimate.order = p;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -323,7 +323,7 @@ PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *p = ba->order;
+  *p = ba->estimate.order;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -348,8 +348,8 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *order = ba->con && ba->method != TSBATHE_METHOD_EXPLICIT && ba->reaction == TSBATHE_REACTION_IMPLICIT &&
-               ba->first == TSBATHE_STAGE_TRAPEZOIDAL
+  *order = ba->con && ba->choice.method != TSBATHE_METHOD_EXPLICIT &&
+               ba->stages.reaction == TSBATHE_REACTION_IMPLICIT && ba->stages.first == TSBATHE_STAGE_TRAPEZOIDAL
              ? 1
              : 2;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,10 +1,6 @@
-/* What TSBATHE reports of its attempts: the record of the last one, totals, monitors, why one failed, and estimates
+/* What TSBATHE reports of its attempts: the record of the last one, totals, monitors, and estimates
    from which errors of whole runs are computed. */
-#include <slipstep/private/slipts.h>
-#include <petsc/private/snesimpl.h>
-
-/* A residual below this share of a stage's first one shows that the solver was converging */
-static const PetscReal floor_share = 1e-3;
+#include <slipstep/private/slipbathe.h>
 
 /*@
   TSBatheGetLastAttempt - gets the record of the last attempted step
@@ -102,6 +98,18 @@ PetscErrorCode TSBatheMonitorCancel(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode TSBatheRunMonitors(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  ba->last.products = SlipProductsRow(&ba->totals.cost);
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
+  for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));
+  PetscCall(SlipProductsPop());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   TSBatheGetTotals - gets the counts since TSSolve() began
 
@@ -128,11 +136,11 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  if (attempts) *attempts = ba->attempts;
-  if (accepted) *accepted = ba->accepted;
-  if (solves) *solves = ba->solves;
-  if (newton) *newton = ba->newton;
-  if (linear) *linear = ba->linear;
+  if (attempts) *attempts = ba->totals.attempts;
+  if (accepted) *accepted = ba->totals.accepted;
+  if (solves) *solves = ba->totals.solves;
+  if (newton) *newton = ba->totals.newton;
+  if (linear) *linear = ba->totals.linear;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -143,7 +151,7 @@ PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *attempts = ba->explicits;
+  *attempts = ba->totals.explicits;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,16 +187,16 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
-  known = ba && ba->attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
-  if (error) *error = known && ba->last.error >= 0.0 ? ba->E : NULL;
+  known = ba && ba->totals.attempts && ba->last.converged ? PETSC_TRUE : PETSC_FALSE;
+  if (error) *error = known && ba->last.error >= 0.0 ? ba->estimate.E : NULL;
   if (derivative) *derivative = known && ba->k2_known ? ba->K2 : NULL;
   if (scale) {
     PetscReal order;
 
     *scale = 1.0;
-    if (!ba || ba->error != TSBATHE_ERROR_DOUBLING) PetscFunctionReturn(PETSC_SUCCESS);
+    if (!ba || ba->estimate.type != TSBATHE_ERROR_DOUBLING) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(TSBatheGetOrder(ts, &order));
-    *scale = -(PetscPowRealInt(2.0, (int)ba->order) - 1.0) / (PetscPowReal(2.0, order) - 1.0);
+    *scale = -(PetscPowRealInt(2.0, (int)ba->estimate.order) - 1.0) / (PetscPowReal(2.0, order) - 1.0);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -214,84 +222,12 @@ PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[
   state[0] = ba->X0;
   state[1] = ba->Wm;
   state[2] = ba->Y[1];
-  PetscCall(PetscArraycpy(weight, ba->c.weight, 3));
-  if (ba->last.solves == 1 && ba->last.method == TSBATHE_METHOD_EXPLICIT && !ba->stabilised) { /* the midpoint rule */
-    weight[0] = weight[2] = 0;
-    weight[1] = 1;
-  }
-  if (ba->last.solves == 1 && !(ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->stabilised))
+  if (ba->last.solves == 1 && ba->was->weights) {
+    (*ba->was->weights)(ba, weight);
     PetscFunctionReturn(PETSC_SUCCESS);
+  }
   weight[1] = 1.0 / (6.0 * ba->share * (1.0 - ba->share));
   weight[2] = (2.0 - 3.0 * ba->share) / (6.0 * (1.0 - ba->share));
   weight[0] = 1.0 - weight[1] - weight[2];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the number of parts in which the solution of every step is computed, with the whole's error. parts: number of
-   parts, even; 1: the step is not divided; told: function that is called with the time [s] and the state at the end of
-   each part, also of attempts that are rejected later; may be NULL. A run with the same controller then chooses equal
-   steps at equal states, but computes the solution in parts of them: the difference of two such runs is a Richardson
-   estimate of the error of the coarser one. Equal times of steps would not do that, because an event that comes a
-   little later would meet the long steps meant for the rest after it. With doubling, whose solution has two halves
-   already, there are twice as many parts. Each part costs one more Bathe solve. Errors: PETSC_ERR_ARG_OUTOFRANGE for a
-   number that is neither 1 nor even. */
-PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx)
-{
-  TS_Bathe *ba = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  PetscCheck(parts == 1 || (parts > 0 && parts % 2 == 0), PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
-             "%" PetscInt_FMT " parts of a step; expected 1 or an even number", parts);
-  ba->parts = parts;
-  ba->part = told;
-  ba->part_ctx = ctx;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the largest residual of the last solve, and its cell of the constraint or its entry of the SNES residual. */
-PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec f, a;
-
-  PetscFunctionBegin;
-  if (ba->con) {
-    PetscCall(SNESSlipGetWorstCell(ts->snes, index, residual));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SNESGetFunction(ts->snes, &f, NULL, NULL));
-  PetscCall(VecDuplicate(f, &a));
-  PetscCall(VecCopy(f, a));
-  PetscCall(VecAbs(a));
-  PetscCall(VecMax(a, index, residual));
-  PetscCall(VecDestroy(&a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Warns if shorter steps will not make a solve converge, because rounding, differences or an approximate Jacobian limit
-   its residual: that is small then, and the first repetition, with a shorter step, has not halved it. */
-PetscErrorCode TSBatheTellFloor(TS ts)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const char *prefix = ((PetscObject)ts->snes)->prefix ? ((PetscObject)ts->snes)->prefix : "";
-  PetscReal norm, first;
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  if (ba->con || ba->floor_told || ba->failures > 2) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SNESGetFunctionNorm(ts->snes, &norm));
-  first = ts->snes->rtol > 0 ? ts->snes->ttol / ts->snes->rtol : PETSC_MAX_REAL;
-  if (ba->failures == 1) ba->stagnated = norm < floor_share * first ? norm : 0;
-  if (ba->failures == 1 || !(ba->stagnated > 0) || norm < 0.5 * ba->stagnated) PetscFunctionReturn(PETSC_SUCCESS);
-  ba->floor_told = PETSC_TRUE;
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
-  if (!rank)
-    PetscCall(SlipWarning(
-      "at time %.6g s a stage ended as %s with the residual %.3g, and with %.3g at a shorter step: shorter steps do "
-      "not help there. -%ssnes_rtol and -%ssnes_atol say what is small enough, -%ssnes_test_jacobian whether the "
-      "Jacobian fits",
-      (double)ts->ptime, SNESConvergedReasons[ba->last.reason], (double)ba->stagnated, (double)norm, prefix, prefix,
-      prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

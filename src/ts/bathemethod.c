@@ -1,7 +1,6 @@
 /* TSBATHE_METHOD_AUTO: each step uses the method that covers the controller's step with fewer products. This file
    provides the input of the rule in src/core/methodcosts.c. */
-#include <slipstep/private/slipts.h>
-#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipbathe.h>
 
 /* Stability limits an explicit step even if its controller would take a longer one. The error of the step estimates the
    longer step, but by no more than this factor per step, because the error says nothing about later times. */
@@ -11,37 +10,25 @@ static const PetscReal wish_growth = 2;
    event, in which most long steps would be rejected, has few of them. */
 enum { first_wait = 32, last_wait = 4096 };
 
-/* Chooses the method of the next step. Constant steps and those of a history are explicit where they are stable. */
+/* Chooses the method of the next attempt. */
 PetscErrorCode TSBatheChooseMethod(TS ts)
 {
+  static const TSBatheMethodOps *const rows[] = {&TSBatheStabilised, &TSBatheMoreau}; /* explicit ones */
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const PetscReal h = ts->time_step;
-  PetscBool given;
+  PetscBool takes = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (ba->method != TSBATHE_METHOD_AUTO) {
-    ba->now = ba->method;
-    PetscFunctionReturn(PETSC_SUCCESS);
+  ba->other = NULL;
+  ba->now = ba->choice.method == TSBATHE_METHOD_EXPLICIT ? &TSBatheMoreau : &TSBatheImplicit;
+  if (ba->choice.method != TSBATHE_METHOD_AUTO) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows) && !takes; i++) {
+    takes = PETSC_TRUE;
+    if (rows[i]->exists) PetscCall((*rows[i]->exists)(ts, &takes));
+    if (takes) ba->other = rows[i];
   }
-  PetscCall(TSStabilisedIs(ts, &ba->stabilised));
-  if (ba->stabilised) {
-    PetscCall(TSStabilisedChoose(ts));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(TSBatheGetLongestStep(ts, &ba->longest));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &given, TSADAPTNONE, TSADAPTHISTORY, ""));
-  ba->now = TSBATHE_METHOD_IMPLICIT;
-  if (given ? h <= ba->longest
-            : SlipMethodIsExplicit(&ba->costs, h, ba->longest, ba->end.known ? PETSC_FALSE : PETSC_TRUE))
-    ba->now = TSBATHE_METHOD_EXPLICIT;
+  PetscCall((*ba->other->pays)(ts, &takes));
+  if (takes) ba->now = ba->other;
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Resets the count of cut steps after an implicit attempt. */
-static void TSBatheMethodWait(TS_Bathe *ba, PetscInt wait)
-{
-  ba->cut = 0;
-  ba->wait = PetscMin(wait, last_wait);
 }
 
 PetscErrorCode TSBatheMethodBegin(TS ts)
@@ -50,14 +37,15 @@ PetscErrorCode TSBatheMethodBegin(TS ts)
   PetscBool other;
 
   PetscFunctionBegin;
-  if (!ba->method_given && ba->con && ba->ops->explicit_ops && ba->ops->explicit_ops->by_default) {
+  if (!ba->choice.given && ba->con && ba->ops->explicit_ops && ba->ops->explicit_ops->by_default) {
     PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &other, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
-    ba->method = other ? TSBATHE_METHOD_IMPLICIT : TSBATHE_METHOD_AUTO;
+    ba->choice.method = other ? TSBATHE_METHOD_IMPLICIT : TSBATHE_METHOD_AUTO;
   }
-  SlipMethodSetUp(&ba->costs);
-  ba->implicit = 0;
-  ba->refused = PETSC_MIN_REAL;
-  TSBatheMethodWait(ba, first_wait);
+  SlipMethodSetUp(&ba->moreau.costs);
+  ba->stabilised.implicit = 0;
+  ba->choice.refused = PETSC_MIN_REAL;
+  ba->choice.cut = 0;
+  ba->choice.wait = first_wait;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -72,12 +60,14 @@ PetscErrorCode TSBatheMethodWish(TS ts, PetscReal whole, PetscReal *next)
   PetscInt order;
 
   PetscFunctionBegin;
-  if (ba->now == TSBATHE_METHOD_IMPLICIT) TSBatheMethodWait(ba, first_wait);
-  if (ba->method != TSBATHE_METHOD_AUTO || ba->stabilised || ba->now != TSBATHE_METHOD_EXPLICIT || error < 0 ||
-      h < ba->longest)
+  if (ba->was == &TSBatheImplicit) {
+    ba->choice.cut = 0;
+    ba->choice.wait = first_wait;
+  }
+  if (ba->choice.method != TSBATHE_METHOD_AUTO || ba->was != &TSBatheMoreau || error < 0 || h < ba->moreau.longest)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &given, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
-  if (given || (end < ba->refused && ++ba->cut < ba->wait)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (given || (end < ba->choice.refused && ++ba->choice.cut < ba->choice.wait)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSEvaluateWLTE(ts, NORM_2, &order, &error));
   wish = wish_growth * PetscMax(whole, h);
   if (error > 0) wish = PetscMin(wish, ts->adapt->safety * h * PetscPowReal(error, -1 / (PetscReal)order));
@@ -92,26 +82,27 @@ void TSBatheMethodRefused(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
-  if (ba->method != TSBATHE_METHOD_AUTO || ba->now != TSBATHE_METHOD_IMPLICIT) return;
-  ba->refused = PetscMax(ba->refused, ts->ptime + ba->last.dt);
-  TSBatheMethodWait(ba, 2 * ba->wait);
+  if (ba->choice.method != TSBATHE_METHOD_AUTO || ba->was != &TSBatheImplicit) return;
+  ba->choice.refused = PetscMax(ba->choice.refused, ts->ptime + ba->last.dt);
+  ba->choice.cut = 0;
+  ba->choice.wait = PetscMin(2 * ba->choice.wait, last_wait);
 }
 
 PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscBool has = ba->method == TSBATHE_METHOD_AUTO ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool has = ba->choice.method == TSBATHE_METHOD_AUTO ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
   if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "method", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheSetDefaultMethod(ts, TSBATHE_METHOD_AUTO)); /* as in the run that wrote it */
   PetscCall(SlipStateGroup(s, "method"));
-  PetscCall(SlipStateReal(s, "products_step", 1, &ba->costs.step));
-  PetscCall(SlipStateReal(s, "products_solve", 1, &ba->costs.solve));
-  PetscCall(SlipStateReal(s, "refused", 1, &ba->refused));
-  PetscCall(SlipStateInt(s, "cut", 1, &ba->cut));
-  PetscCall(SlipStateInt(s, "wait", 1, &ba->wait));
+  PetscCall(SlipStateReal(s, "products_step", 1, &ba->moreau.costs.step));
+  PetscCall(SlipStateReal(s, "products_solve", 1, &ba->moreau.costs.solve));
+  PetscCall(SlipStateReal(s, "refused", 1, &ba->choice.refused));
+  PetscCall(SlipStateInt(s, "cut", 1, &ba->choice.cut));
+  PetscCall(SlipStateInt(s, "wait", 1, &ba->choice.wait));
   PetscCall(TSStabilisedState(s, ts));
   PetscCall(SlipStateGroup(s, "ts"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -162,8 +153,8 @@ PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method)
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveEnum(ts, method, 2);
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
-  ba->method = method;
-  ba->method_given = PETSC_TRUE;
+  ba->choice.method = method;
+  ba->choice.given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,7 +167,7 @@ PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method)
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveEnum(ts, method, 2);
-  if (ba && !ba->method_given) ba->method = method;
+  if (ba && !ba->choice.given) ba->choice.method = method;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,6 +192,6 @@ PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *method = ba->method;
+  *method = ba->choice.method;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

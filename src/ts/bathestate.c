@@ -2,7 +2,7 @@
    The reaction is stored only for the output, which is written after the checkpoint: each step begins with the static
    balance of the state. Stages, the derivative of the start and the doubled solutions, which each step computes, are
    not stored, and neither are the vectors of the SNES, which starts from the state. */
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 #include <slipstep/private/slipstate.h>
 
 PetscErrorCode SlipStateAttempt(SlipState s, SlipAttempt *a)
@@ -127,18 +127,18 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
     (id == ba->sol_id && state == ba->sol_state) || SlipStateEnd(ts) != ts->vec_sol ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipStateAny(s, ts));
   PetscCall(SlipStateVec(s, "solution", SlipStateIsLoading(s) ? ts->vec_sol : SlipStateEnd(ts)));
-  PetscCall(SlipStateInt(s, "attempts", 1, &ba->attempts));
-  PetscCall(SlipStateInt(s, "accepted", 1, &ba->accepted));
-  PetscCall(SlipStateInt(s, "solves", 1, &ba->solves));
-  PetscCall(SlipStateInt(s, "explicit_attempts", 1, &ba->explicits));
-  PetscCall(SlipStateInt(s, "newton", 1, &ba->newton));
-  PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
-  PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
-  PetscCall(SlipStateReal(s, "barrier", 1, &ba->barrier));
-  PetscCall(SlipStateReal(s, "error_share", 1, &ba->error_share));
-  PetscCall(SlipStateReal(s, "error_share_dt", 1, &ba->error_dt));
-  PetscCall(SlipStateInt(s, "towards_barrier", 1, &ba->towards));
-  PetscCall(SlipStateConstant(s, &ba->constant));
+  PetscCall(SlipStateInt(s, "attempts", 1, &ba->totals.attempts));
+  PetscCall(SlipStateInt(s, "accepted", 1, &ba->totals.accepted));
+  PetscCall(SlipStateInt(s, "solves", 1, &ba->totals.solves));
+  PetscCall(SlipStateInt(s, "explicit_attempts", 1, &ba->totals.explicits));
+  PetscCall(SlipStateInt(s, "newton", 1, &ba->totals.newton));
+  PetscCall(SlipStateInt(s, "linear", 1, &ba->totals.linear));
+  PetscCall(SlipStateInt(s, "failures", 1, &ba->failures.row));
+  PetscCall(SlipStateReal(s, "barrier", 1, &ba->failures.barrier));
+  PetscCall(SlipStateReal(s, "error_share", 1, &ba->stages.error_share));
+  PetscCall(SlipStateReal(s, "error_share_dt", 1, &ba->stages.error_dt));
+  PetscCall(SlipStateInt(s, "towards_barrier", 1, &ba->failures.towards));
+  PetscCall(SlipStateConstant(s, &ba->failures.constant));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
   known = ba->k2_known && ba->last.accepted ? PETSC_TRUE : PETSC_FALSE; /* otherwise it is that of a rejected attempt */
@@ -146,11 +146,15 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   if (SlipStateIsLoading(s)) ba->k2_known = known;
   if (known) PetscCall(SlipStateVec(s, "derivative", ba->K2));
   PetscCall(SlipStateInterpolation(s, ts));
+  if (SlipStateIsLoading(s)) {
+    ba->was = &TSBatheImplicit; /* unless the next two functions read otherwise */
+    ba->last.method = TSBATHE_METHOD_IMPLICIT;
+  }
   PetscCall(TSMoreauState(s, ts));
   PetscCall(TSBatheMethodState(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
-  (void)SlipProductsRow(&ba->cost);
+  (void)SlipProductsRow(&ba->totals.cost);
   ba->r_given = PETSC_FALSE;
   ts->steprollback = PETSC_FALSE;
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));

@@ -3,7 +3,7 @@
    TS, its integrator and its problem compute with times of the TS, which stay small, so that their differences are as
    accurate as early in the run. Files and messages have the sum of both. Runs below the limit have the origin 0, which
    never moves. */
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 
 static const char key[] = "SlipClock";
 
@@ -77,12 +77,12 @@ static PetscErrorCode MoveTo(TS ts, SlipClock *clock, PetscReal origin, PetscRea
   if (clock->end < PETSC_MAX_REAL) ts->max_time = clock->end - origin;
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   if (ba) {
-    if (ba->barrier < PETSC_MAX_REAL) ba->barrier -= by;
-    ba->refused -= by;
+    if (ba->failures.barrier < PETSC_MAX_REAL) ba->failures.barrier -= by;
+    ba->choice.refused -= by;
     ba->last.time -= by;
   }
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->origin) PetscCall((*problem->origin)(ts, origin, by, ctx));
+  if (problem && problem->history.origin) PetscCall((*problem->history.origin)(ts, origin, by, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -27,8 +27,8 @@ PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, P
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->error)
-    PetscCall((*problem->error)(ts, e, at->start, ts->vec_sol, wlte, ctx));
+  if (problem && problem->steps.error)
+    PetscCall((*problem->steps.error)(ts, e, at->start, ts->vec_sol, wlte, ctx));
   else {
     PetscCall(VecAXPY(e, 1, ts->vec_sol));
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, e, type, wlte, &absolute, &relative));
@@ -38,75 +38,78 @@ PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Accept(TS ts, const SlipAttemptOps *ops, PetscReal next_h)
+/* TSDestroy() of these types */
+PetscErrorCode SlipAttemptsDestroy(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall((*ts->ops->reset)(ts));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
+  PetscCall(PetscFree(ts->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes an attempt and asks the controller. *next_h: the step after it [s] */
+static PetscErrorCode Attempt(TS ts, PetscReal *next_h, PetscBool *accepted)
+{
+  const PetscBool always = ts->adapt->always_accept;
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+  const SlipAttemptOps *ops = at->ops;
+  PetscBool good;
+
+  PetscFunctionBegin;
+  PetscCall(SlipMeetCorner(ts, &at->whole, &at->corner));
+  if (ops->limit) PetscCall((*ops->limit)(ts));
+  SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
+  PetscCall(SlipGuardStep(ts));
+  PetscCall((*ops->attempt)(ts, &good));
+  if (good) {
+    PetscCall(TSAdaptCandidatesClear(ts->adapt));
+    PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ops->order ? (*ops->order)(ts) : 2, 1, 1.0, 1.0, PETSC_TRUE));
+    if (ops->whatever && (*ops->whatever)(ts)) ts->adapt->always_accept = PETSC_TRUE;
+    PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, next_h, accepted));
+    ts->adapt->always_accept = always;
+  } else
+    PetscCall(SlipStepAfterFailure(ts, next_h));
+  if (*accepted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCopy(at->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->time_step = *next_h;
+  ts->reject++;
+  at->rejections++;
+  if (ops->retry) PetscCall((*ops->retry)(ts, good));
+  PetscCall(SlipGuardRejections(ts, at->rejections));
+  if (!good) PetscCall(SlipGuardConstant(ts, at->whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSStep() of these types */
+PetscErrorCode SlipAttemptsStep(TS ts)
 {
   SlipAttempts *at = (SlipAttempts *)ts->data;
   const SlipProblemOps *problem;
-  PetscBool constant;
+  PetscReal next_h = ts->time_step;
+  PetscBool accepted = PETSC_FALSE, constant;
   void *ctx;
 
   PetscFunctionBegin;
+  PetscCall(SlipProblemAccept(ts));
+  PetscCall(VecCopy(ts->vec_sol, at->start));
+  if (at->f && (ts->steprestart || !at->known)) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, at->f));
+  at->known = PETSC_TRUE;
+  if (at->ops->begin) PetscCall((*at->ops->begin)(ts));
+  at->rejections = 0;
+  while (!ts->reason && !accepted) PetscCall(Attempt(ts, &next_h, &accepted));
+  if (!accepted) PetscFunctionReturn(PETSC_SUCCESS);
   at->before = ts->ptime;
   at->h = ts->time_step;
   ts->ptime = SlipTimeAfterStep(ts);
   ts->time_step = next_h;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   if (constant && at->corner < PETSC_MAX_REAL) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, at->whole);
-  PetscCall((*ops->accept)(ts));
+  PetscCall((*at->ops->accept)(ts));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Retry(TS ts, const SlipAttemptOps *ops, PetscReal next_h, PetscBool good)
-{
-  SlipAttempts *at = (SlipAttempts *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(at->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->time_step = next_h;
-  ts->reject++;
-  at->rejections++;
-  if (ops->retry) PetscCall((*ops->retry)(ts, good));
-  PetscCall(SlipGuardRejections(ts, at->rejections));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Takes a step; *accepted: an attempt was accepted. */
-PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted)
-{
-  const PetscBool always = ts->adapt->always_accept;
-  SlipAttempts *at = (SlipAttempts *)ts->data;
-  PetscReal next_h = ts->time_step;
-  PetscBool good;
-
-  PetscFunctionBegin;
-  *accepted = PETSC_FALSE;
-  PetscCall(SlipProblemAccept(ts));
-  PetscCall(VecCopy(ts->vec_sol, at->start));
-  if (at->f && (ts->steprestart || !at->known)) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, at->f));
-  at->known = PETSC_TRUE;
-  if (ops->begin) PetscCall((*ops->begin)(ts));
-  at->rejections = 0;
-  while (!ts->reason && !*accepted) {
-    PetscCall(SlipMeetCorner(ts, &at->whole, &at->corner));
-    if (ops->limit) PetscCall((*ops->limit)(ts));
-    SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
-    PetscCall(SlipGuardStep(ts));
-    PetscCall((*ops->attempt)(ts, &good));
-    if (good) {
-      PetscCall(TSAdaptCandidatesClear(ts->adapt));
-      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ops->order ? (*ops->order)(ts) : 2, 1, 1.0, 1.0, PETSC_TRUE));
-      if (ops->whatever && (*ops->whatever)(ts)) ts->adapt->always_accept = PETSC_TRUE;
-      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, accepted));
-      ts->adapt->always_accept = always;
-    } else
-      PetscCall(SlipStepAfterFailure(ts, &next_h));
-    if (!*accepted) PetscCall(Retry(ts, ops, next_h, good));
-    if (!good) PetscCall(SlipGuardConstant(ts, at->whole));
-  }
-  if (*accepted) PetscCall(Accept(ts, ops, next_h));
+  if (problem && problem->steps.finish) PetscCall((*problem->steps.finish)(ts, ts->ptime, ts->vec_sol, ctx));
+  if (at->ops->bound && problem && problem->steps.relaxation) PetscCall((*at->ops->bound)(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

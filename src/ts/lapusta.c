@@ -1,6 +1,6 @@
 /* TSLAPUSTA as a PETSc TS type: steps of a fault in a medium that radiates waves, as in Lapusta, Rice, Ben-Zion & Zheng
    (2000). Slip rates are constant within a step, and all that depends on slip, waves included, follows them exactly
-   (SlipProblemOps.drift). A step predicts with the rates of its start and corrects twice, with the mean of these and of
+   (SlipDriftOps.drift). A step predicts with the rates of its start and corrects twice, with the mean of these and of
    the rates that friction has at the end. It is of second order, and the next step begins with the rates at the end of
    the second correction. It never extrapolates the rate of a friction state, because in the shortest useful step, in
    which waves cross half a cell, a cell may slip by many times its characteristic slip.
@@ -37,15 +37,6 @@ static PetscErrorCode TSReset_Lapusta(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSDestroy_Lapusta(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSReset_Lapusta(ts));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
-  PetscCall(PetscFree(ts->data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_Lapusta(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -54,7 +45,7 @@ static PetscErrorCode TSSetUp_Lapusta(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, NULL));
-  PetscCheck(problem && problem->drift, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+  PetscCheck(problem && problem->drifts.drift, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
              "-ts_type " TSLAPUSTA " is of faults: expected a problem that says how its state follows constant rates");
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
     if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
@@ -63,32 +54,22 @@ static PetscErrorCode TSSetUp_Lapusta(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Advances vec_sol by h at the rates la->mean. */
-static PetscErrorCode Drift(TS ts, PetscReal h)
-{
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->drift)(ts, h, la->at.start, la->mean, ts->vec_sol, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes vec_sol and its rates at the end of an attempt. If not good, it left the domain of the right-hand side. */
 static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
   const PetscReal t = ts->ptime;
+  const SlipProblemOps *problem;
   PetscReal h = ts->time_step, change;
+  void *ctx;
 
   PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(VecCopy(la->at.f, la->mean));
   for (PetscInt k = 0; k <= CORRECTIONS; k++) {
     if (k) PetscCall(VecAXPBYPCZ(la->mean, 0.5, 0.5, 0, la->at.f, la->end));
     if (k == 1) PetscCall(VecCopy(la->mean, la->first));
-    PetscCall(Drift(ts, h));
+    PetscCall((*problem->drifts.drift)(ts, h, la->at.start, la->mean, ts->vec_sol, ctx));
     PetscCall(SlipGuardState(ts->vec_sol, good));
     if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
     if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
@@ -131,10 +112,11 @@ static PetscErrorCode Begin(TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &la->constant));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   la->shortest = 0;
-  if (problem->shortest) PetscCall((*problem->shortest)(ts, &la->shortest, ctx));
+  if (problem->drifts.shortest) PetscCall((*problem->drifts.shortest)(ts, &la->shortest, ctx));
   if (la->shortest > 0) la->shortest = PetscMax(la->shortest, ts->adapt->dt_min);
   la->waits = PETSC_FALSE;
-  if (la->shortest > 0 && problem->waits) PetscCall((*problem->waits)(ts, ts->ptime, ts->vec_sol, &la->waits, ctx));
+  if (la->shortest > 0 && problem->drifts.waits)
+    PetscCall((*problem->drifts.waits)(ts, ts->ptime, ts->vec_sol, &la->waits, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -161,7 +143,8 @@ static PetscErrorCode Limit(TS ts)
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx)); /* this step may not pass it */
+  if (problem->steps.corner)
+    PetscCall((*problem->steps.corner)(ts, ts->ptime, &end, ctx)); /* this step may not pass it */
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
   if (la->waits) ts->time_step = PetscMin(ts->time_step, WAITING * la->shortest);
   left = end - ts->ptime;
@@ -201,16 +184,8 @@ static PetscErrorCode Accept(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSStep_Lapusta(TS ts)
-{
-  static const SlipAttemptOps ops = {
-    .begin = Begin, .limit = Limit, .attempt = Attempt, .whatever = Whatever, .retry = Retry, .accept = Accept};
-  PetscBool accepted;
-
-  PetscFunctionBegin;
-  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+static const SlipAttemptOps ops = {
+  .begin = Begin, .limit = Limit, .attempt = Attempt, .whatever = Whatever, .retry = Retry, .accept = Accept};
 
 /* Interpolates within the last step: from its start at the constant rates of the step. */
 static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
@@ -233,10 +208,10 @@ static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
   The method is of second order and takes two right-hand sides a step. Friction states follow the rates of a step
   exactly, and are stable at any step. TSAdapt type lapusta limits the slip of a step; basic, dsp, pi and heuristic
   limit the error; none takes constant steps. Steps of other controllers are shortened to 1 or 1.5 times a power of 2 of
-  the shortest step (SlipProblemOps.shortest). No step is shorter than that, and a step of that length is never
+  the shortest step (SlipDriftOps.shortest). No step is shorter than that, and a step of that length is never
   rejected.
 
-  Errors: PETSC_ERR_ARG_WRONGSTATE for problems without SlipProblemOps.drift
+  Errors: PETSC_ERR_ARG_WRONGSTATE for problems without SlipDriftOps.drift
 
   References:
 . * - N. Lapusta, J. R. Rice, Y. Ben-Zion, G. Zheng, Elastodynamic analysis for slow tectonic loading with spontaneous
@@ -251,12 +226,13 @@ PetscErrorCode TSCreate_Lapusta(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&la));
   ts->data = (void *)la;
+  la->at.ops = &ops;
   ts->default_adapt_type = TSADAPTBASIC;
   ts->usessnes = PETSC_FALSE;
   ts->ops->reset = TSReset_Lapusta;
-  ts->ops->destroy = TSDestroy_Lapusta;
+  ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->setup = TSSetUp_Lapusta;
-  ts->ops->step = TSStep_Lapusta;
+  ts->ops->step = SlipAttemptsStep;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Lapusta;
   ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_Lapusta;

@@ -1,4 +1,4 @@
-/* Ends steps of any integrator at corners of the loading (SlipProblemOps.corner): before each attempt of our types and,
+/* Ends steps of any integrator at corners of the loading (SlipStepOps.corner): before each attempt of our types and,
    as TSPreStep, before each step of PETSc's types. It also applies the controller's longest step to the first step,
    which no controller has chosen. */
 #include <slipstep/private/slipts.h>
@@ -13,7 +13,7 @@ static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *corner)
   PetscFunctionBegin;
   *corner = PETSC_MAX_REAL;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->corner) PetscCall((*problem->corner)(ts, t, corner, ctx));
+  if (problem && problem->steps.corner) PetscCall((*problem->steps.corner)(ts, t, corner, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,8 +48,8 @@ PetscErrorCode SlipMeetRelaxation(TS ts)
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
-  if (constant || ts->usessnes || !problem || !problem->relaxation) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate, ctx));
+  if (constant || ts->usessnes || !problem || !problem->steps.relaxation) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &rate, ctx));
   if (rate > 0) ts->time_step = PetscMin(ts->time_step, PetscMax(RELAXATIONS / rate, ts->adapt->dt_min));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,8 @@
 /* TSMOREAU: explicit steps with set-valued reactions. They are kick, drift and kick of the Stoermer-Verlet method, and
    each kick solves the friction cone cell by cell. Attempts, controllers, records and checkpoints are those of TSBATHE,
-   of which this is the second method; the type is in bathe.c. */
+   of which this is a method; the type is in bathe.c. */
 #include <slipstep/private/slipdevice.h>
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/rooms/slipsys.h>
 
@@ -18,25 +18,27 @@ static const char citation[] = "@incollection{Moreau1988,\n"
 PetscErrorCode TSMoreauReset(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec *vecs[] = {&ba->start.f,      &ba->start.p,   &ba->start.p_before, &ba->start.p_end, &ba->end.f,   &ba->end.p,
-                 &ba->end.p_before, &ba->end.p_end, &ba->push,           &ba->p_inner,     &ba->p_first, &ba->K_before,
-                 &ba->rows};
+  Vec *vecs[] = {&ba->moreau.start.f, &ba->moreau.start.p, &ba->moreau.start.p_before, &ba->moreau.start.p_end,
+                 &ba->moreau.end.f,   &ba->moreau.end.p,   &ba->moreau.end.p_before,   &ba->moreau.end.p_end,
+                 &ba->moreau.push,    &ba->moreau.p_inner, &ba->moreau.p_first,        &ba->moreau.K_before,
+                 &ba->moreau.rows};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
-  ba->start.known = ba->end.known = PETSC_FALSE;
-  ba->dt_before = 0;
+  ba->moreau.started = PETSC_FALSE;
+  ba->moreau.dt_before = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSMoreauSetUp(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec *reduced[] = {&ba->start.f,      &ba->start.p,   &ba->start.p_before, &ba->start.p_end, &ba->end.f,  &ba->end.p,
-                    &ba->end.p_before, &ba->end.p_end, &ba->push,           &ba->p_inner,     &ba->p_first};
+  Vec *reduced[] = {&ba->moreau.start.f, &ba->moreau.start.p, &ba->moreau.start.p_before, &ba->moreau.start.p_end,
+                    &ba->moreau.end.f,   &ba->moreau.end.p,   &ba->moreau.end.p_before,   &ba->moreau.end.p_end,
+                    &ba->moreau.push,    &ba->moreau.p_inner, &ba->moreau.p_first};
 
   PetscFunctionBegin;
-  if (ba->K_before) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->moreau.K_before) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(ba->con && ba->ops->explicit_ops, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "Explicit steps (-ts_type " TSMOREAU ") need a constraint with the operations explicit_ops of "
              "SlipConstraintOps, expected -ts_type " TSBATHE);
@@ -45,11 +47,11 @@ static PetscErrorCode TSMoreauSetUp(TS ts)
     PetscCall(VecDuplicate(ba->r, reduced[i]));
     PetscCall(VecZeroEntries(*reduced[i])); /* it stays 0 without damping */
   }
-  PetscCall(VecDuplicate(ts->vec_sol, &ba->K_before));
-  PetscCall(VecDuplicate(ts->vec_sol, &ba->rows));
+  PetscCall(VecDuplicate(ts->vec_sol, &ba->moreau.K_before));
+  PetscCall(VecDuplicate(ts->vec_sol, &ba->moreau.rows));
   PetscCall(VecSet(ba->x, 1));
-  PetscCall(VecSet(ba->rows, 2)); /* r changes the rows that it enters: by a sum, or for a closed cell to 0 */
-  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->rows, ba->ctx));
+  PetscCall(VecSet(ba->moreau.rows, 2)); /* r changes the rows that it enters: by a sum, or for a closed cell to 0 */
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->moreau.rows, ba->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -143,48 +145,50 @@ static PetscErrorCode Anew(TS ts, PetscBool undamped)
   const SlipExplicitOps *ops = ba->ops->explicit_ops;
 
   PetscFunctionBegin;
-  if (!ba->start.known) PetscCall((*ops->drive)(ba->con, ts->ptime, ba->X0, ba->start.f, ba->ctx));
+  if (!ba->moreau.started) PetscCall((*ops->drive)(ba->con, ts->ptime, ba->X0, ba->moreau.start.f, ba->ctx));
   if (undamped)
-    PetscCall(VecZeroEntries(ba->start.p));
+    PetscCall(VecZeroEntries(ba->moreau.start.p));
   else if (ops->damping)
-    PetscCall((*ops->damping)(ba->con, ts->ptime, ba->X0, ba->start.p, ba->ctx));
-  PetscCall(VecCopy(ba->start.p, ba->start.p_end));
-  ba->start.h = ba->start.h_before = 0;
-  ba->start.known = PETSC_TRUE;
-  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.p_end));
+    PetscCall((*ops->damping)(ba->con, ts->ptime, ba->X0, ba->moreau.start.p, ba->ctx));
+  PetscCall(VecCopy(ba->moreau.start.p, ba->moreau.start.p_end));
+  ba->moreau.start.h = ba->moreau.start.h_before = 0;
+  ba->moreau.started = PETSC_TRUE;
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->moreau.start.p_end));
   PetscCall(TSMoreauDerivative(ts, ts->ptime, ba->X0, ba->r0, ba->K0));
   PetscCall(VecCopy(ba->r0, ba->r));
   ba->k0_known = PETSC_TRUE;
-  ba->dt_before = 0;
+  ba->moreau.dt_before = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Starts explicit steps, which takes two products more than a step has. */
-PetscErrorCode TSMoreauStart(TS ts)
+static PetscErrorCode TSMoreauStart(TS ts)
 {
   PetscFunctionBegin;
+  if (((TS_Bathe *)ts->data)->moreau.started) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(Anew(ts, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
+static PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   SlipMoreauMemory end;
 
   PetscFunctionBegin;
   ba->r_given = PETSC_FALSE; /* explicit steps do not use a given reaction */
-  if (!(unchanged && ba->end.known && ba->k2_known)) {
+  if (!(unchanged && ba->was == &TSBatheMoreau && ba->k2_known)) {
     PetscCall(TSMoreauStart(ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  end = ba->start;
-  ba->start = ba->end;
-  ba->end = end;
-  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.p_end));
-  ba->dt_before = ba->k0_known ? ba->last.dt : 0;
-  if (ba->k0_known) Exchange(&ba->K0, &ba->K_before);
+  end = ba->moreau.start;
+  ba->moreau.start = ba->moreau.end;
+  ba->moreau.end = end;
+  ba->moreau.started = PETSC_TRUE;
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->moreau.start.p_end));
+  ba->moreau.dt_before = ba->k0_known ? ba->last.dt : 0;
+  if (ba->k0_known) Exchange(&ba->K0, &ba->moreau.K_before);
   Exchange(&ba->K2, &ba->K0);
   PetscCall(VecCopy(ba->r, ba->r0));
   ba->k0_known = PETSC_TRUE;
@@ -197,44 +201,41 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
    where p is the damping of the step's inner rate v, and e the value of it that earlier steps predict. The damping of
    the step is h p, a midpoint rule, for any e and any lengths of steps. The damping of the end is extrapolated.
 */
-PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok)
+static PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                                      PetscReal *residual, PetscBool *ok)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  SlipMoreauMemory *m = &ba->end;
-  const SlipMoreauMemory *from = w0 == ba->X0 ? &ba->start : m;
-  const SlipExplicitOps *ops;
+  SlipMoreauMemory *m = &ba->moreau.end;
+  const SlipMoreauMemory *from = w0 == ba->X0 ? &ba->moreau.start : m;
+  const SlipExplicitOps *ops = ba->ops->explicit_ops;
   const PetscReal half = 0.5 * h;
   PetscReal weight;
   PetscBool solved = PETSC_TRUE;
 
   PetscFunctionBegin;
-  if (!ba->start.known) PetscCall(TSMoreauStart(ts));
-  ops = ba->ops->explicit_ops;
-  ba->last.solves++;
-  ba->stage_time = t + half;
-  PetscCall(TSPreStage(ts, ba->stage_time));
-  weight = SlipLagWeight(h, from->h, from->h_before, ba->omega, ba->ratio);
-  PetscCall(FirstPush(from, weight, ba->p_first, ba->push));
+  (void)r0, (void)residual;
+  PetscCall(TSPreStage(ts, t + half));
+  weight = SlipLagWeight(h, from->h, from->h_before, ba->moreau.omega, ba->moreau.ratio);
+  PetscCall(FirstPush(from, weight, ba->moreau.p_first, ba->moreau.push));
   PetscCall(VecCopy(w0, w1));
-  PetscCall((*ops->kick)(ba->con, t, half, ba->push, w1, &solved, ba->ctx));
+  PetscCall((*ops->kick)(ba->con, t, half, ba->moreau.push, w1, &solved, ba->ctx));
   PetscCall((*ops->drift)(ba->con, SLIP_NODE_START, t, half, w1, ba->ctx));
-  if (ops->damping) PetscCall((*ops->damping)(ba->con, t + half, w1, ba->p_inner, ba->ctx));
-  PetscCall(TSMoreauSettle(ts, SLIP_NODE_INSIDE, t + half, w1, ba->p_inner));
-  PetscCall(TSPostStage(ts, ba->stage_time, 0, ba->Y));
+  if (ops->damping) PetscCall((*ops->damping)(ba->con, t + half, w1, ba->moreau.p_inner, ba->ctx));
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_INSIDE, t + half, w1, ba->moreau.p_inner));
+  PetscCall(TSPostStage(ts, t + half, 0, ba->Y));
   PetscCall(VecCopy(w1, w2));
   PetscCall((*ops->drift)(ba->con, SLIP_NODE_INSIDE, t + half, half, w2, ba->ctx));
-  ba->stage_time = t + h;
-  PetscCall(TSPreStage(ts, ba->stage_time));
+  PetscCall(TSPreStage(ts, t + h));
   PetscCall((*ops->drive)(ba->con, t + h, w2, m->f, ba->ctx));
-  PetscCall(SecondPush(m->f, ba->p_inner, ba->p_first, from->p, h / (h + from->h), ba->push, m->p_end));
-  PetscCall((*ops->kick)(ba->con, t + h, half, ba->push, w2, &solved, ba->ctx));
-  PetscCall(TSPostStage(ts, ba->stage_time, 1, ba->Y));
+  PetscCall(
+    SecondPush(m->f, ba->moreau.p_inner, ba->moreau.p_first, from->p, h / (h + from->h), ba->moreau.push, m->p_end));
+  PetscCall((*ops->kick)(ba->con, t + h, half, ba->moreau.push, w2, &solved, ba->ctx));
+  PetscCall(TSPostStage(ts, t + h, 1, ba->Y));
   if (from == m)
     Exchange(&m->p, &m->p_before);
   else
     PetscCall(VecCopy(from->p, m->p_before));
-  Exchange(&ba->p_inner, &m->p);
-  m->known = PETSC_TRUE;
+  Exchange(&ba->moreau.p_inner, &m->p);
   m->h_before = from->h;
   m->h = h;
   PetscCallMPI(MPI_Allreduce(&solved, ok, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
@@ -246,16 +247,17 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   }
   PetscCall(TSMoreauSettle(ts, SLIP_NODE_END, t + h, w2, m->p_end));
   PetscCall(TSMoreauDerivative(ts, t + h, w2, r2, ba->K2));
+  ba->share = 0.5;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Estimates the error. For the rows of x, which follow the trapezoidal rule, it is h^3/12 of the second difference of
    derivatives, and in the first step h/6 of their first difference, which is larger. For the other rows, which follow
    the midpoint rule, it is 2/3 of the difference to the trapezoidal rule: the leading term of displacements' error. */
-PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
+static PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const PetscReal before = ba->dt_before, share = before > 0 ? h * h / (6 * (h + before)) : h / 6;
+  const PetscReal before = ba->moreau.dt_before, share = before > 0 ? h * h / (6 * (h + before)) : h / 6;
   const PetscReal slope = before > 0 ? share * h / before : 0;
   const PetscScalar *k0, *k1, *k2, *w0, *w2, *mark;
   PetscScalar *a;
@@ -264,9 +266,9 @@ PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(e, &n));
   {
-    const SlipArrays arrays[] = {{ba->K0, .read = &k0}, {ba->K_before, .read = &k1}, {ba->K2, .read = &k2},
-                                 {ba->X0, .read = &w0}, {ba->Y[1], .read = &w2},     {ba->rows, .read = &mark},
-                                 {e, .write = &a}};
+    const SlipArrays arrays[] = {
+      {ba->K0, .read = &k0},   {ba->moreau.K_before, .read = &k1}, {ba->K2, .read = &k2}, {ba->X0, .read = &w0},
+      {ba->Y[1], .read = &w2}, {ba->moreau.rows, .read = &mark},   {e, .write = &a}};
     const PetscReal numbers[] = {h, share, slope};
 
     if (SlipDeviceArraysAre(7, arrays)) {
@@ -311,8 +313,9 @@ PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
   *h = 0;
   if (!ba->con || !ba->ops->explicit_ops) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*ba->ops->explicit_ops->frequency)(ba->con, ts->ptime, ts->vec_sol, &ba->omega, &ba->ratio, ba->ctx));
-  *h = ba->omega > 0 ? SLIP_LAG_MARGIN * SlipLagLimit(ba->ratio, 1) / ba->omega : PETSC_MAX_REAL;
+  PetscCall((*ba->ops->explicit_ops->frequency)(ba->con, ts->ptime, ts->vec_sol, &ba->moreau.omega, &ba->moreau.ratio,
+                                                ba->ctx));
+  *h = ba->moreau.omega > 0 ? SLIP_LAG_MARGIN * SlipLagLimit(ba->moreau.ratio, 1) / ba->moreau.omega : PETSC_MAX_REAL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -325,14 +328,14 @@ PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *cost = SlipMethodSolve(&ba->costs, 1) / ba->costs.step;
+  *cost = SlipMethodSolve(&ba->moreau.costs, 1) / ba->moreau.costs.step;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Cuts an explicit step to the longest stable one. *whole is the step before it was cut, also for a corner of the
    loading [s]. A step in which nothing moves is stable at any length: it begins without the damping of earlier steps,
    which has ended, and with the same force. */
-PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
+static PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
@@ -343,12 +346,12 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  if (ba->now != TSBATHE_METHOD_EXPLICIT || ba->stabilised) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(TSBatheGetLongestStep(ts, &longest));
   if (ts->time_step <= longest) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, ts->ptime, ba->X0, &rest, ctx));
+  if (problem && problem->control.rest_time)
+    PetscCall((*problem->control.rest_time)(ts, ts->ptime, ba->X0, &rest, ctx));
   if (rest >= ts->time_step) {
     ops = ba->ops->explicit_ops;
     if (ops->undamped) PetscCall((*ops->undamped)(ba->con, ts->ptime, ba->X0, &undamped, ba->ctx));
@@ -357,22 +360,71 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   }
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
-  if (constant && !ba->bound_told && !rank)
+  if (constant && !ba->moreau.bound_told && !rank)
     PetscCall(SlipWarning("a constant step of %.6g s is longer than explicit steps are stable: they are %.6g s long "
                           "(-ts_type %s)",
                           (double)ts->time_step, (double)longest, ((PetscObject)ts)->type_name));
-  ba->bound_told = constant;
+  ba->moreau.bound_told = constant;
   *whole = PetscMax(*whole, ts->time_step);
   ts->time_step = longest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* ---- the choice of a method ---- */
+
+/* Finds whether explicit steps advance by fewer products. Constant steps and those of a history are explicit where they
+   are stable. */
+static PetscErrorCode TSMoreauPays(TS ts, PetscBool *pays)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  TSMoreau *m = &ba->moreau;
+  PetscBool given;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetLongestStep(ts, &m->longest));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &given, TSADAPTNONE, TSADAPTHISTORY, ""));
+  if (given)
+    *pays = ts->time_step <= m->longest ? PETSC_TRUE : PETSC_FALSE;
+  else
+    *pays =
+      SlipMethodIsExplicit(&m->costs, ts->time_step, m->longest, ba->was == &TSBatheMoreau ? PETSC_FALSE : PETSC_TRUE);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void TSMoreauLearn(TS ts, PetscReal products)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  if (ba->last.solves)
+    SlipMethodLearn(&ba->moreau.costs, ba->was == &TSBatheMoreau ? PETSC_TRUE : PETSC_FALSE, ba->last.dt,
+                    ba->moreau.longest, products / (PetscReal)ba->last.solves);
+}
+
+/* The midpoint rule */
+static void TSMoreauWeights(const TS_Bathe *ba, PetscReal weight[3])
+{
+  (void)ba;
+  weight[0] = weight[2] = 0;
+  weight[1] = 1;
+}
+
+const TSBatheMethodOps TSBatheMoreau = {.method = TSBATHE_METHOD_EXPLICIT,
+                                        .hermite = PETSC_TRUE,
+                                        .begin = TSMoreauBegin,
+                                        .limit = TSMoreauCut,
+                                        .start = TSMoreauStart,
+                                        .substep = TSMoreauSubstep,
+                                        .error = TSMoreauError,
+                                        .weights = TSMoreauWeights,
+                                        .pays = TSMoreauPays,
+                                        .learn = TSMoreauLearn};
 
 /* ---- checkpoints of a run whose last step was explicit ---- */
 
 PetscErrorCode TSMoreauState(SlipState s, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscBool has = ba->end.known, before = ba->k0_known;
+  PetscBool has = ba->was == &TSBatheMoreau ? PETSC_TRUE : PETSC_FALSE, before = ba->k0_known;
   PetscInt method = (PetscInt)TSBATHE_METHOD_EXPLICIT;
 
   PetscFunctionBegin;
@@ -381,17 +433,17 @@ PetscErrorCode TSMoreauState(SlipState s, TS ts)
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(SlipStateGroup(s, "explicit"));
   PetscCall(SlipStateInt(s, "method", 1, &method)); /* files have it, but options decide */
+  ba->was = &TSBatheMoreau;
   ba->last.method = TSBATHE_METHOD_EXPLICIT;
-  PetscCall(SlipStateReal(s, "dt", 1, &ba->end.h));
-  PetscCall(SlipStateReal(s, "dt_before", 1, &ba->end.h_before));
-  PetscCall(SlipStateVec(s, "force", ba->end.f));
-  PetscCall(SlipStateVec(s, "damping", ba->end.p));
-  PetscCall(SlipStateVec(s, "damping_before", ba->end.p_before));
-  PetscCall(SlipStateVec(s, "damping_end", ba->end.p_end));
+  PetscCall(SlipStateReal(s, "dt", 1, &ba->moreau.end.h));
+  PetscCall(SlipStateReal(s, "dt_before", 1, &ba->moreau.end.h_before));
+  PetscCall(SlipStateVec(s, "force", ba->moreau.end.f));
+  PetscCall(SlipStateVec(s, "damping", ba->moreau.end.p));
+  PetscCall(SlipStateVec(s, "damping_before", ba->moreau.end.p_before));
+  PetscCall(SlipStateVec(s, "damping_end", ba->moreau.end.p_end));
   PetscCall(SlipStateBool(s, "has_start", &before));
   if (before) PetscCall(SlipStateVec(s, "derivative_start", ba->K0));
   ba->k0_known = before;
-  ba->end.known = PETSC_TRUE;
   PetscCall(SlipStateGroup(s, "ts"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -72,7 +72,7 @@ PetscErrorCode SlipProblemAccept(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->accept) PetscCall((*problem->accept)(ts, ts->ptime, ts->vec_sol, first, ctx));
+  if (problem && problem->history.accept) PetscCall((*problem->history.accept)(ts, ts->ptime, ts->vec_sol, first, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -83,7 +83,7 @@ PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->advance) PetscCall((*problem->advance)(ts, t, w, ctx));
+  if (problem && problem->history.advance) PetscCall((*problem->history.advance)(ts, t, w, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -94,6 +94,6 @@ PetscErrorCode SlipProblemRollBack(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->rollback) PetscCall((*problem->rollback)(ts, ctx));
+  if (problem && problem->history.rollback) PetscCall((*problem->history.rollback)(ts, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

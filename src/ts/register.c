@@ -1,5 +1,5 @@
 /* Registers the integrators with PETSc. */
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 

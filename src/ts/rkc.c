@@ -32,15 +32,6 @@ static PetscErrorCode TSReset_RKC(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSDestroy_RKC(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSReset_RKC(ts));
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
-  PetscCall(PetscFree(ts->data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_RKC(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
@@ -167,10 +158,10 @@ static PetscErrorCode Begin(TS ts)
   PetscFunctionBegin;
   rkc->rate = rkc->asked;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCheck(rkc->rate > 0 || (problem && problem->relaxation), PetscObjectComm((PetscObject)ts),
+  PetscCheck(rkc->rate > 0 || (problem && problem->steps.relaxation), PetscObjectComm((PetscObject)ts),
              PETSC_ERR_ARG_WRONGSTATE,
              "-ts_type " TSRKC " needs the fastest rate at which the problem relaxes: expected -ts_rkc_rate [1/s]");
-  if (!(rkc->rate > 0)) PetscCall((*problem->relaxation)(ts, rkc->at.start, &rkc->rate, ctx));
+  if (!(rkc->rate > 0)) PetscCall((*problem->steps.relaxation)(ts, rkc->at.start, &rkc->rate, ctx));
   rkc->rate *= SLIP_RATE_MARGIN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -233,15 +224,7 @@ static PetscErrorCode Accept(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSStep_RKC(TS ts)
-{
-  static const SlipAttemptOps ops = {.begin = Begin, .limit = Limit, .attempt = Attempt, .accept = Accept};
-  PetscBool accepted;
-
-  PetscFunctionBegin;
-  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+static const SlipAttemptOps ops = {.begin = Begin, .limit = Limit, .attempt = Attempt, .accept = Accept};
 
 static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
 {
@@ -273,7 +256,7 @@ static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
   The method is for problems without inertia whose right-hand side (TSSetRHSFunction()) is expensive, continuous but not
   smooth, and relaxes at real rates from slow to fast. s stages are stable over 0.65 (s^2 - 1) of the shortest
   relaxation times; a stage of an explicit pair or of TSADAMS is over 0.8 to 1.5. The fastest rate comes from the
-  problem (SlipProblemOps.relaxation) or from -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step;
+  problem (SlipStepOps.relaxation) or from -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step;
   constant steps take the stages that they need.
 
   Errors: PETSC_ERR_ARG_WRONGSTATE where neither the problem nor the option gives the rate
@@ -291,13 +274,14 @@ PetscErrorCode TSCreate_RKC(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&rkc));
   ts->data = rkc;
+  rkc->at.ops = &ops;
   rkc->max_stages = 100;
   ts->ops->reset = TSReset_RKC;
-  ts->ops->destroy = TSDestroy_RKC;
+  ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->view = TSView_RKC;
   ts->ops->setup = TSSetUp_RKC;
   ts->ops->setfromoptions = TSSetFromOptions_RKC;
-  ts->ops->step = TSStep_RKC;
+  ts->ops->step = SlipAttemptsStep;
   ts->ops->evaluatewlte = TSEvaluateWLTE_RKC;
   ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_RKC;

@@ -1,8 +1,11 @@
-/* Configures a TS for a small system with a set-valued reaction, and checks a TS after its options were set. */
+/* What programs call around a run: configuring a TS for a small system with a set-valued reaction, checks of a TS after
+   its options were set, and the last line of a summary. */
 #include <slipstep/private/slipts.h>
 #include <math.h>
+#include <stdio.h>
 
 #define SLIP_MAX_RUN 1e9 /* most steps of a run: hours for one cell, years for a fault */
+#define DAYS (2 * 86400) /* seconds from which on a time is also printed in days or years */
 
 /*@C
   SlipSmallConfigureTS - configures a TS to integrate a small system A dw/dt = F_s(t, w) + F_r
@@ -88,30 +91,14 @@ SlipSmallConfigureTSByMembers(TS ts, PetscInt n, const PetscReal mass[], PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses a longest step that is far too short, with which a run would not end and print no message. */
-static PetscErrorCode CheckNumberOfSteps(TS ts, PetscReal dt, PetscReal duration)
-{
-  PetscReal longest;
-  PetscBool constant;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
-  PetscCall(TSAdaptGetStepLimits(adapt, NULL, &longest));
-  if (constant) longest = dt;
-  PetscCheck(duration <= SLIP_MAX_RUN * longest, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
-             "-%s is %.6g s, of which a run of %.6g s takes %.3g, expected at most %.6g steps",
-             constant ? SLIP_TS_DT : "ts_adapt_dt_max", (double)longest, (double)duration, (double)(duration / longest),
-             SLIP_MAX_RUN);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Checks numbers for which PETSc accepts any value. */
+/* Checks numbers for which PETSc accepts any value, also a longest step so short that a run would not end and print no
+   message. */
 static PetscErrorCode CheckNumbers(TS ts)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
-  PetscReal time, dt, end, atol, rtol;
+  PetscReal time, dt, end, atol, rtol, longest;
+  PetscBool constant;
+  TSAdapt adapt;
   PetscInt steps;
 
   PetscFunctionBegin;
@@ -124,7 +111,14 @@ static PetscErrorCode CheckNumbers(TS ts)
              (double)dt);
   PetscCheck(end > time && isfinite(end), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_time is %.6g, expected a number > %.6g s, the start", (double)end, (double)time);
-  PetscCall(CheckNumberOfSteps(ts, dt, end - time));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
+  PetscCall(TSAdaptGetStepLimits(adapt, NULL, &longest));
+  if (constant) longest = dt;
+  PetscCheck(end - time <= SLIP_MAX_RUN * longest, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%s is %.6g s, of which a run of %.6g s takes %.3g, expected at most %.6g steps",
+             constant ? SLIP_TS_DT : "ts_adapt_dt_max", (double)longest, (double)(end - time),
+             (double)((end - time) / longest), SLIP_MAX_RUN);
   PetscCheck(steps >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_max_steps is %" PetscInt_FMT ", expected a whole number >= 0", steps);
   PetscCheck(rtol >= 0 && isfinite(rtol), comm, PETSC_ERR_ARG_OUTOFRANGE, "-ts_rtol is %.6g, expected a number >= 0",
@@ -166,12 +160,65 @@ PetscErrorCode TSBatheCheckOptions(TS ts)
   PetscCall(TSGetType(ts, &type));
   PetscCall(TSGetSlipProblem(ts, &problem, NULL));
   PetscCall(TSBatheIs(ts, &bathe));
-  PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+  PetscCheck(bathe || (problem && problem->steps.any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_type %s knows no friction, expected " TSBATHE " or " TSMOREAU, type);
   PetscCall(TSGetExactFinalTime(ts, &end));
   PetscCheck(end != TS_EXACTFINALTIME_INTERPOLATE, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_exact_final_time interpolate: what is written and compared is that of steps, expected matchstep (the "
              "last step ends at -ts_max_time) or stepover (the first one beyond it)");
   PetscCall(CheckNumbers(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipReportEnd - prints the last line of a summary: when a run ended and, if that was before its final time, why
+
+  Collective; after TSSolve().
+
+  Input Parameters:
++ ts    - the TS
+- state - text that is added about the end, or NULL
+
+  Output Parameter:
+. complete - whether the final time was reached
+
+  Level: intermediate
+
+  Note:
+  A program whose run is not complete ends with SLIP_EXIT_INCOMPLETE.
+
+.seealso: SlipFaultReportEnd(), SlipOutputFinish()
+@*/
+PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete)
+{
+  TSConvergedReason reason;
+  PetscReal time, end;
+  PetscInt steps;
+  char why[128] = "", long_time[40] = "", line[256]; /* by C's own printf, since PETSc's %g writes "5." for 5 */
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscAssertPointer(complete, 3);
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetMaxSteps(ts, &steps));
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  *complete = time >= end * (1 - 10 * PETSC_MACHINE_EPSILON) ? PETSC_TRUE : PETSC_FALSE; /* 10: sums of steps */
+  if (time >= DAYS) {
+    SlipTimeText(time, 6, line, sizeof(line));
+    (void)snprintf(long_time, sizeof(long_time), " (%.32s)", line);
+  }
+  if (!*complete) {
+    if (reason == TS_CONVERGED_ITS)
+      (void)snprintf(why, sizeof(why), "stopped by -ts_max_steps %lld at ", (long long)steps);
+    else if (reason == TS_CONVERGED_USER)
+      (void)snprintf(why, sizeof(why), "stopped on demand at ");
+    else
+      (void)snprintf(why, sizeof(why), "stopped (%s) at ", TSConvergedReasons[reason]);
+    (void)snprintf(line, sizeof(line), "%st = %g of %g s%s", why, (double)time, (double)end, long_time);
+  } else
+    (void)snprintf(line, sizeof(line), "t = %g s%s", (double)time, long_time);
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)ts), "%-24s %s%s%s\n", "end:", line, state && state[0] ? ", " : "",
+                        state ? state : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

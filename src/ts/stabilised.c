@@ -3,7 +3,7 @@
    For a solution that relaxes at a rate R, a step h takes sqrt(1 + 1.54 h R) stages, each a right-hand side; the cost
    of an implicit solve follows from preconditioning and friction for any step. The choice is made by counts and not by
    times, so that results do not depend on chance. */
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 
 /* Processor time relative to a product by transforms, where cells take most of the time (measured with loaded faults of
    8 x 4 to 48 x 24 cells and injections of 24 x 24 and 48 x 48; a limit of half or twice as many stages costs at most
@@ -17,7 +17,7 @@
 /* Right-hand sides of a step besides those of its stages */
 #define STEP 2
 
-PetscErrorCode TSStabilisedIs(TS ts, PetscBool *is)
+static PetscErrorCode TSStabilisedExists(TS ts, PetscBool *exists)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;
   const SlipProblemOps *p;
@@ -25,10 +25,10 @@ PetscErrorCode TSStabilisedIs(TS ts, PetscBool *is)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &p, &ctx));
-  *is = ba->con && p && p->side && p->middle && p->side_error && p->reaction && p->finish && p->relaxation &&
-            ba->error == TSBATHE_ERROR_EMBEDDED
-          ? PETSC_TRUE
-          : PETSC_FALSE;
+  *exists = ba->con && p && p->sides.side && p->sides.middle && p->sides.error && p->sides.reaction &&
+                p->steps.finish && p->steps.relaxation && ba->estimate.type == TSBATHE_ERROR_EMBEDDED
+              ? PETSC_TRUE
+              : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -37,13 +37,13 @@ PetscErrorCode TSStabilisedReset(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  for (int k = 0; k < 3; k++) PetscCall(VecDestroy(&ba->cheb[k]));
-  ba->k0_sides = ba->stabilised = PETSC_FALSE;
-  ba->implicit = 0;
+  for (int k = 0; k < 3; k++) PetscCall(VecDestroy(&ba->stabilised.cheb[k]));
+  ba->stabilised.k0_sides = PETSC_FALSE;
+  ba->stabilised.implicit = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSStabilisedChoose(TS ts)
+static PetscErrorCode TSStabilisedPays(TS ts, PetscBool *pays)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
@@ -52,12 +52,13 @@ PetscErrorCode TSStabilisedChoose(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &ba->rate, ctx));
-  ba->rate *= SLIP_RATE_MARGIN;
-  stages = SlipRKCStages(ts->time_step * ba->rate);
-  ba->now = ba->rate > 0 && stages <= SLIP_RKC_MOST && stages + STEP <= (ba->implicit > 0 ? ba->implicit : SOLVE)
-              ? TSBATHE_METHOD_EXPLICIT
-              : TSBATHE_METHOD_IMPLICIT;
+  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &ba->stabilised.rate, ctx));
+  ba->stabilised.rate *= SLIP_RATE_MARGIN;
+  stages = SlipRKCStages(ts->time_step * ba->stabilised.rate);
+  *pays = ba->stabilised.rate > 0 && stages <= SLIP_RKC_MOST &&
+              stages + STEP <= (ba->stabilised.implicit > 0 ? ba->stabilised.implicit : SOLVE)
+            ? PETSC_TRUE
+            : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,48 +69,50 @@ static PetscErrorCode Side(TS ts, PetscReal t, Vec w, Vec f)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->side)(ts, t, w, f, ctx));
+  PetscCall((*problem->sides.side)(ts, t, w, f, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets K0 at the start of a step. unchanged: X0 is the end of the last step and nobody has changed it since. */
-PetscErrorCode TSStabilisedStart(TS ts, PetscBool unchanged)
+/* Sets K0 where an attempt by another method has set its own. */
+static PetscErrorCode TSStabilisedStart(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const PetscBool sides = ba->now == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (ba->k0_known && ba->k0_sides == sides) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!ba->k0_known && unchanged && ba->k2_known && ba->k2_sides == sides) {
-    PetscCall(VecCopy(ba->K2, ba->K0));
-    if (!sides) PetscCall(TSBatheDropSticking(ts, ba->X0, ba->K0));
-    ba->k0_known = PETSC_TRUE;
-  } else if (sides) {
-    PetscCall(Side(ts, ts->ptime, ba->X0, ba->K0));
-    ba->k0_known = PETSC_TRUE;
-  } else {
-    PetscCall(TSBatheStartDerivative(ts, ts->ptime, ba->X0, ba->r0, ba->K0, &ba->k0_known));
-  }
-  ba->k0_sides = sides;
+  if (!ba->stabilised.k0_sides) PetscCall(Side(ts, ts->ptime, ba->X0, ba->K0));
+  ba->stabilised.k0_sides = ba->k0_known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSStabilisedSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok)
+static PetscErrorCode TSStabilisedBegin(TS ts, PetscBool unchanged)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const PetscInt stages = PetscMin((PetscInt)SlipRKCStages(h * ba->rate), SLIP_RKC_MOST);
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheStartReaction(ts, unchanged));
+  ba->stabilised.k0_sides = unchanged && ba->k2_known && ba->stabilised.k2_sides ? PETSC_TRUE : PETSC_FALSE;
+  if (ba->stabilised.k0_sides) PetscCall(VecCopy(ba->K2, ba->K0));
+  PetscCall(TSStabilisedStart(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSStabilisedSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                                          PetscReal *residual, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscInt stages = PetscMin((PetscInt)SlipRKCStages(h * ba->stabilised.rate), SLIP_RKC_MOST);
   const SlipProblemOps *problem;
   void *ctx;
 
   PetscFunctionBegin;
+  (void)r0, (void)residual;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   for (int k = 0; k < 3; k++)
-    if (!ba->cheb[k]) PetscCall(VecDuplicate(ts->vec_sol, &ba->cheb[k]));
-  ba->last.solves++;
-  ba->stage_time = t + h;
+    if (!ba->stabilised.cheb[k]) PetscCall(VecDuplicate(ts->vec_sol, &ba->stabilised.cheb[k]));
   if (w0 != ba->X0) PetscCall(Side(ts, t, w0, ba->K1));
-  PetscCall(SlipChebyshevStages(ts, Side, t, h, stages, w0, w0 == ba->X0 ? ba->K0 : ba->K1, ba->cheb, ba->cheb[2]));
-  PetscCall(VecCopy(ba->cheb[1], w2));
+  PetscCall(SlipChebyshevStages(ts, Side, t, h, stages, w0, w0 == ba->X0 ? ba->K0 : ba->K1, ba->stabilised.cheb,
+                                ba->stabilised.cheb[2]));
+  PetscCall(VecCopy(ba->stabilised.cheb[1], w2));
   PetscCall(SlipGuardState(w2, ok));
   if (!*ok) {
     ba->last.reason = (PetscInt)SNES_DIVERGED_FUNCTION_DOMAIN;
@@ -117,15 +120,16 @@ PetscErrorCode TSStabilisedSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec 
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Side(ts, t + h, w2, ba->K2));
-  ba->k2_sides = PETSC_TRUE;
-  PetscCall((*problem->finish)(ts, t + h, w2, ctx));
-  PetscCall((*problem->reaction)(ts, t + h, w2, r2, ctx));
-  PetscCall((*problem->middle)(ts, h, w0, w2, w0 == ba->X0 ? ba->K0 : ba->K1, ba->K2, w1, ctx));
-  PetscCall(TSPostStage(ts, ba->stage_time, 1, ba->Y));
+  ba->stabilised.k2_sides = PETSC_TRUE;
+  PetscCall((*problem->steps.finish)(ts, t + h, w2, ctx));
+  PetscCall((*problem->sides.reaction)(ts, t + h, w2, r2, ctx));
+  PetscCall((*problem->sides.middle)(ts, h, w0, w2, w0 == ba->X0 ? ba->K0 : ba->K1, ba->K2, w1, ctx));
+  PetscCall(TSPostStage(ts, t + h, 1, ba->Y));
+  ba->share = 0.5;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSStabilisedError(TS ts, PetscReal h, Vec e)
+static PetscErrorCode TSStabilisedError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
@@ -134,18 +138,43 @@ PetscErrorCode TSStabilisedError(TS ts, PetscReal h, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TSStabilisedNorm(TS ts, PetscReal *norm)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCall((*problem->sides.error)(ts, ba->estimate.E, ba->X0, ba->Y[1], norm, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Updates the mean cost of solves from iterations. Counts of products would depend on observers, whose products the
    medium caches. */
-void TSStabilisedLearn(TS ts)
+static void TSStabilisedLearn(TS ts, PetscReal products)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal solve;
 
-  if (ba->last.method == TSBATHE_METHOD_EXPLICIT || !ba->last.solves) return;
+  (void)products;
+  if (ba->was == &TSBatheStabilised || !ba->last.solves) return;
   solve =
     (LINEAR * (PetscReal)ba->last.linear + NEWTON * (PetscReal)ba->last.newton) / (STAGE * (PetscReal)ba->last.solves);
-  ba->implicit = ba->implicit > 0 ? ba->implicit + (PetscReal)NEW * (solve - ba->implicit) : solve;
+  ba->stabilised.implicit =
+    ba->stabilised.implicit > 0 ? ba->stabilised.implicit + (PetscReal)NEW * (solve - ba->stabilised.implicit) : solve;
 }
+
+const TSBatheMethodOps TSBatheStabilised = {.method = TSBATHE_METHOD_EXPLICIT,
+                                            .hermite = PETSC_TRUE,
+                                            .begin = TSStabilisedBegin,
+                                            .start = TSStabilisedStart,
+                                            .substep = TSStabilisedSubstep,
+                                            .error = TSStabilisedError,
+                                            .norm = TSStabilisedNorm,
+                                            .exists = TSStabilisedExists,
+                                            .pays = TSStabilisedPays,
+                                            .learn = TSStabilisedLearn};
 
 /* Writes or reads the choice of the method in a checkpoint, inside the group of TSBatheMethodState(). */
 PetscErrorCode TSStabilisedState(SlipState s, TS ts)
@@ -154,9 +183,12 @@ PetscErrorCode TSStabilisedState(SlipState s, TS ts)
   PetscBool is_explicit = ba->last.method == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(SlipStateReal(s, "solve", 1, &ba->implicit));
+  PetscCall(SlipStateReal(s, "solve", 1, &ba->stabilised.implicit));
   PetscCall(SlipStateBool(s, "last_is_explicit", &is_explicit));
-  PetscCall(SlipStateBool(s, "derivative_is_side", &ba->k2_sides));
-  if (SlipStateIsLoading(s) && is_explicit) ba->last.method = TSBATHE_METHOD_EXPLICIT;
+  PetscCall(SlipStateBool(s, "derivative_is_side", &ba->stabilised.k2_sides));
+  if (SlipStateIsLoading(s) && is_explicit && ba->was == &TSBatheImplicit) {
+    ba->was = &TSBatheStabilised;
+    ba->last.method = TSBATHE_METHOD_EXPLICIT;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -295,7 +295,7 @@ static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 
 static void corner(void **state)
 {
-  static const SlipProblemOps problem = {.corner = Corner};
+  static const SlipProblemOps problem = {.steps = {.corner = Corner}};
   PetscReal at = 0.375;
   const PetscReal want[] = {0, 0.25, 0.375, 0.625, 0.875, 1.125, 1.375};
   const char *const types[] = {TSADAMS, TSBATHE};
@@ -330,7 +330,7 @@ static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate, void *ctx)
 
 static void bounded(void **state)
 {
-  static const SlipProblemOps problem = {.relaxation = Relaxes};
+  static const SlipProblemOps problem = {.steps = {.relaxation = Relaxes}};
   const char *const adapts[] = {TSADAPTBASIC, TSADAPTPI, TSADAPTNONE};
 
   ok(PetscOptionsSetValue(NULL, "-ts_adams_max_corrections", "1"));
@@ -369,7 +369,7 @@ static PetscErrorCode Follow(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
 
 static void CorrectedBy(const char adapt[])
 {
-  static const SlipProblemOps problem = {.relaxation = Relaxes};
+  static const SlipProblemOps problem = {.steps = {.relaxation = Relaxes}};
   PetscInt n[2];
 
   for (int k = 0; k < 2; k++) {

@@ -94,8 +94,8 @@ static void relaxation(void **state)
     ok(TSSetSolution(ts, w));
     ok(TSGetAdapt(ts, &adapt));
     ok(TSGetSlipProblem(ts, &problem, NULL));
-    ok((*problem->find)(ts, "log_relaxation", &row, fault));
-    ok((*problem->observe)(ts, 0, 1, &row, &value, fault));
+    ok((*problem->observations.find)(ts, "log_relaxation", &row, fault));
+    ok((*problem->observations.observe)(ts, 0, 1, &row, &value, fault));
     if (value > want + 1e-6 || value < want - 0.005) fail_msg("%.6f, expected %.6f", (double)value, want);
     ObjectsDestroy(&ts, &w, &fault);
   }

@@ -5,7 +5,7 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcommon.h>
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 #include <math.h>
 
 static PetscBool present;
@@ -217,9 +217,9 @@ static PetscErrorCode Solve(const char options[], const char more[], Run *run)
   PetscCall(TSBatheIs(run->ts, &bathe));
   ba = (TS_Bathe *)run->ts->data;
   if (bathe) {
-    run->solves = ba->solves;
-    run->newton = ba->newton;
-    run->linear = ba->linear;
+    run->solves = ba->totals.solves;
+    run->newton = ba->totals.newton;
+    run->linear = ba->totals.linear;
   }
   return PETSC_SUCCESS;
 }

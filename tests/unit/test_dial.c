@@ -117,7 +117,7 @@ static PetscReal rest_time(Run *r)
 
   ok(TSGetSlipProblem(r->ts, &problem, &fault));
   assert_non_null(problem);
-  ok((*problem->rest_time)(r->ts, 0, r->w, &rest, fault));
+  ok((*problem->control.rest_time)(r->ts, 0, r->w, &rest, fault));
   return rest;
 }
 

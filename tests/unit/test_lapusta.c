@@ -61,8 +61,9 @@ static PetscErrorCode Inside(TS ts, PetscReal t, Vec u, PetscBool *inside)
   return PETSC_SUCCESS;
 }
 
-static const SlipProblemOps Ops = {
-  .drift = Follow, .shortest = Shortest, .waits = Waits, .corner = Corner, .rollback = RollBack};
+static const SlipProblemOps Ops = {.drifts = {.drift = Follow, .shortest = Shortest, .waits = Waits},
+                                   .steps = {.corner = Corner},
+                                   .history = {.rollback = RollBack}};
 
 /* A controller that wants what the test says, and takes all but so many of the first attempts */
 static struct {

@@ -4,7 +4,7 @@
 #include "../smallsteps.h"
 #include <slipstep/rooms/slipcore.h>
 #include <slipstep/private/slipstate.h>
-#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipbathe.h>
 #include <math.h>
 
 /* ---- a block: v' = Load - K u - H v - Q while it slides forwards, u' = v, s' = |v| ---- */
@@ -31,25 +31,31 @@ static PetscReal Load(PetscReal t)
 
 static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
+  PetscFunctionBeginUser;
+  (void)ctx;
   F[0] = Load(t) - K * w[1] - H(t) * w[0];
   F[1] = w[0];
   F[2] = fabs(w[0]);
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
 {
+  PetscFunctionBeginUser;
+  (void)ctx;
   J[0] = -H(t);
   J[1] = -K;
   J[3] = 1;
   J[6] = w[0] < 0 ? -1 : 1;
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
+  PetscFunctionBeginUser;
+  (void)w, (void)dq, (void)ctx;
   q[0] = Q(t);
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Longest stable step at first: omega is 2, the damping ratio 1/2 */
@@ -64,15 +70,18 @@ static PetscErrorCode (*KickOf)(SlipConstraint, PetscReal, PetscReal, Vec, Vec, 
 
 static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec w, Vec p, void *ctx)
 {
+  PetscFunctionBeginUser;
+  (void)con, (void)t, (void)w, (void)ctx;
   Get(p, 1, &damping[node]);
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *good, void *ctx)
 {
+  PetscFunctionBeginUser;
   PetscCall((*KickOf)(con, t, a, g, w, good, ctx));
   if (failing > 0 && failing--) *good = PETSC_FALSE;
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A controller that takes each attempt but the refused, and wants the next step */
@@ -86,12 +95,14 @@ static const SlipMethodCosts costs = {.step = 2, .solve = 1};
 static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme, PetscReal *next, PetscBool *accept,
                              PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
-  ((TS_Bathe *)ts->data)->costs = costs; /* whatever the attempt has taken */
+  PetscFunctionBeginUser;
+  (void)adapt, (void)h;
+  ((TS_Bathe *)ts->data)->moreau.costs = costs; /* whatever the attempt has taken */
   *scheme = 0;
   *wlte = *wltea = *wlter = -1;
   *accept = script.refuses > 0 && script.refuses-- ? PETSC_FALSE : PETSC_TRUE;
   *next = *accept ? script.next : script.shorter;
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscInt attempts, reason;
@@ -101,21 +112,25 @@ static PetscReal stages[2]; /* times of the last */
 
 static PetscErrorCode BeforeStage(TS ts, PetscReal t)
 {
+  PetscFunctionBeginUser;
+  (void)ts;
   stages[0] = stages[1];
   stages[1] = t;
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Keep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Vec reaction;
 
+  PetscFunctionBeginUser;
+  (void)w, (void)ctx;
   PetscCall(TSBatheGetReaction(ts, &reaction));
   if (!attempts) Get(reaction, 1, &held);
   assert_int_equal(attempt->solves, attempt->method == TSBATHE_METHOD_EXPLICIT ? 1 : attempt->solves);
   if (attempts < 8) tried[attempts] = attempt->dt;
   if (!attempts++) reason = attempt->reason;
-  return PETSC_SUCCESS;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static TS Start(const char type[], PetscReal v, Vec *x)
@@ -235,6 +250,7 @@ static void test_steps(void **state)
   Vec x;
   TS ts = Start(TSMOREAU, b.v, &x);
 
+  (void)state;
   growth = 1;
   Anew(&b);
   for (int k = 0; k < 8; k++) {
@@ -262,17 +278,18 @@ static void test_longest(void **state)
   Vec x;
   TS ts = Start(TSMOREAU, 0.1, &x);
 
+  (void)state;
   ok(TSBatheGetLongestStep(ts, &t[1]));
   AssertNear(t[1], LONGEST, ROUND);
   SetAdapt(ts, TSADAPTNONE);
   Step(ts, t[1]);
   ok(TSGetTime(ts, &t[0]));
   assert_true(t[0] == t[1]);
-  assert_false(((TS_Bathe *)ts->data)->bound_told);
+  assert_false(((TS_Bathe *)ts->data)->moreau.bound_told);
   Step(ts, 3);
   ok(TSGetTime(ts, &t[0]));
   assert_true(t[0] == 2 * t[1]);
-  assert_true(((TS_Bathe *)ts->data)->bound_told);
+  assert_true(((TS_Bathe *)ts->data)->moreau.bound_told);
   ObjectsDestroy(&ts, &x);
 }
 
@@ -284,6 +301,7 @@ static void test_failed(void **state)
   Vec x;
   TS ts = Start(TSMOREAU, b.v, &x);
 
+  (void)state;
   growth = 1;
   Anew(&b);
   for (int k = 0; k < 2; k++) {
@@ -309,7 +327,7 @@ static PetscReal WishAfter(TS ts, PetscReal h)
 {
   PetscReal next;
 
-  ((TS_Bathe *)ts->data)->costs = costs;
+  ((TS_Bathe *)ts->data)->moreau.costs = costs;
   Step(ts, h);
   ok(TSGetTimeStep(ts, &next));
   return next;
@@ -329,6 +347,7 @@ static void test_wish(void **state)
   Vec x;
   TS ts;
 
+  (void)state;
   for (int cut = 0; cut < 2; cut++)
     for (int last = 0; last < 8; last++) {
       const PetscReal asked = cut ? 3 * longest : 0.5 * longest;
@@ -376,6 +395,7 @@ static void test_waits(void **state)
   Vec x;
   TS ts;
 
+  (void)state;
   for (int k = 0; k < 3; k++) {
     PetscReal next;
 
@@ -401,6 +421,7 @@ static void test_given(void **state)
   const PetscReal back[] = {-0.3, 0, 0}, stale = 100;
   PetscReal w[2][3];
 
+  (void)state;
   for (int given = 0; given < 2; given++) {
     Vec x, other = State(3, back), r = State(1, &stale);
     TS ts = Start(TSBATHE, 0.1, &x);

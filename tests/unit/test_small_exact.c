@@ -109,9 +109,9 @@ static PetscErrorCode WatchLoad(TS ts, PetscInt step, PetscReal time, Vec w, voi
 
   if (step < 0) return PETSC_SUCCESS;
   ok(TSGetSlipProblem(ts, &problem, &model));
-  ok((*problem->find)(ts, "load", &row, model));
+  ok((*problem->observations.find)(ts, "load", &row, model));
   assert_true(row >= 0);
-  ok((*problem->observe)(ts, time, 1, &row, &value, model));
+  ok((*problem->observations.observe)(ts, time, 1, &row, &value, model));
   assert_true(fabs(value - fabs(m->D * sin(m->omega * time)) / m->k) < 1e-12);
   return PETSC_SUCCESS;
 }

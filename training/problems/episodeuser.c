@@ -56,7 +56,7 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
              user->name, (double)e->begin, (double)e->tmax);
   e->tstar = 1;
   PetscCall(TSGetSlipProblem(e->ts, &ops, &ctx));
-  if (ops && ops->time_scale) PetscCall((*ops->time_scale)(e->ts, &e->tstar, ctx));
+  if (ops && ops->control.time_scale) PetscCall((*ops->control.time_scale)(e->ts, &e->tstar, ctx));
   PetscCall(TSBatheMonitorSet(e->ts, Count, e, NULL));
   PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
   PetscCall(TSSetErrorIfStepFails(e->ts, PETSC_FALSE));

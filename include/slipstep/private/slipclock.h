@@ -19,7 +19,7 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipClockGet(TS ts, const SlipClock **clock);
 /* Gets the time of the run that ts has reached, and its final time [s], each rounded to a double; both may be NULL. */
 PETSC_INTERN PetscErrorCode SlipClockRead(TS ts, PetscReal *time, PetscReal *end);
-/* Logically collective. Start, before TSSolve() of a run whose problem has `origin` (SlipProblemOps): the origin moves
+/* Logically collective. Start, before TSSolve() of a run whose problem has `origin` (SlipHistoryOps): the origin moves
    from now on if moves allows it. Stop, after TSSolve(): the TS has the time of the run again, rounded to a double. */
 PETSC_INTERN PetscErrorCode SlipClockStart(TS ts, PetscBool moves);
 PETSC_INTERN PetscErrorCode SlipClockStop(TS ts);

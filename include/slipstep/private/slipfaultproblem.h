@@ -127,7 +127,7 @@ PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, Pets
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run);
 PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative);
-/* corners.c */
+/* stepends.c */
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *fault);
 /* faultconstraint.c */
 PETSC_INTERN PetscErrorCode SlipFaultStoreStart(SlipFault fault, const SlipStage *stage); /* constraintknown.c */
@@ -219,7 +219,7 @@ PETSC_INTERN PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, 
 PETSC_INTERN PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[]);
 PETSC_INTERN PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultEndRest(SlipFault fault, TS ts);
-/* stop.c */
+/* stepends.c */
 PETSC_EXTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share,
                                           const Vec state[3], Vec k0, PetscReal *stop);
 /* tolerance.c */

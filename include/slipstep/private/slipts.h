@@ -1,4 +1,4 @@
-/* Internal header of src/ts, mainly of TSBATHE */
+/* Internal header of src/ts: its types but TSBATHE (slipbathe.h), and what they share with it */
 #pragma once
 #include <slipstep/rooms/slipts.h>
 #include <petsc/private/tsimpl.h>
@@ -8,157 +8,12 @@
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 
-#define TSBATHE_CONSTRAINT "TSBatheConstraint" /* name by which a TS of any type stores it */
-
-typedef struct TSBatheMonitor TSBatheMonitor;
-struct TSBatheMonitor {
-  TSBatheAttemptFn fn;
-  void *ctx;
-  PetscErrorCode (*destroy)(void **);
-  TSBatheMonitor *next;
-};
-
 /* Constant steps, one of which was rejected */
 typedef struct {
   PetscReal asked; /* their length, to which they will return; 0: unchanged [s] */
   PetscBool told;
 } SlipConstant;
 
-/* Cached data at the start or end of explicit steps: the driving force of the state, the damping of the inner rates of
-   the last two steps, that of the state, and these steps [s], 0 if the damping is that of a state; reduced */
-typedef struct {
-  PetscBool known;
-  Vec f, p, p_before, p_end;
-  PetscReal h, h_before;
-} SlipMoreauMemory;
-
-typedef struct {
-  /* what the user chose */
-  TSBatheMethod method, now;                    /* now: of the attempt, implicit or explicit */
-  PetscReal gamma;                              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
-  TSBatheFirstStage first;                      /* rule of stage 1 */
-  PetscBool first_set;                          /* it was chosen */
-  SlipBathe c;                                  /* coefficients of both stages */
-  TSBatheReactionType reaction;                 /* of stage 1 */
-  TSBatheError error;                           /* error estimate */
-  PetscBool error_set;                          /* the user chose it, so that adapt none does not disable doubling */
-  PetscInt order;                               /* p of doubling's (2^p - 1) */
-  PetscInt max_failures;                        /* attempts in a row that may fail to converge */
-  PetscReal stage_error;                        /* allowed error of stages, relative to that of the step */
-  PetscBool lifted_failures, lifted_rejections; /* PETSc's default limits, restored for another type */
-  PetscInt parts;                               /* parts in which the solution of each step is computed; 0 or 1: one */
-  TSBathePartFn part;                           /* called at the end of each, or NULL */
-  void *part_ctx;
-  SlipConstraint con;           /* NULL: unconstrained */
-  const SlipConstraintOps *ops; /* its operations */
-  void *ctx;                    /* and their context */
-
-  /* the accepted step */
-  Vec X0;         /* state at the step's start, for rollback */
-  Vec Y[2];       /* stages: the state at t0 + gamma h and at t0 + h */
-  Vec K0, K1, K2; /* A^-1 (F_s + r) at the start, after stage 1, at the end; K1 is also work */
-  Vec Wm;         /* interpolation: a state inside, at this fraction of the step */
-  PetscReal share;
-  PetscBool k0_known, k2_known; /* K0, K2 are valid for this step's start and end */
-  PetscBool stops;              /* the attempt ends where motion stops (SlipProblemOps) */
-  PetscObjectId sol_id;         /* vec_sol after the last step: K2 and r are valid only while it is unchanged */
-  PetscObjectState sol_state;
-
-  /* explicit steps, created on first use */
-  SlipMoreauMemory start, end;
-  Vec push, p_inner;      /* the force of a kick, and the damping of a step's inner rate */
-  Vec p_first;            /* and that of the first kick */
-  PetscReal omega, ratio; /* by SlipExplicitOps.frequency, at the step's start */
-  Vec K_before;           /* K0 of the step before */
-  Vec rows;               /* full: 2 in rows without r */
-  PetscReal dt_before;    /* that step [s]; 0: K_before is invalid */
-  PetscBool bound_told;
-
-  /* explicit steps without inertia */
-  PetscBool stabilised;         /* the problem has them */
-  PetscBool k0_sides, k2_sides; /* K0, K2 are right-hand sides of theirs */
-  Vec cheb[3];                  /* stages, on first use */
-  PetscReal rate;               /* fastest relaxation rate of the solution [1/s] */
-  PetscReal implicit;           /* cost of an implicit solve over that of a stage; 0: unknown */
-
-  /* TSBATHE_METHOD_AUTO */
-  PetscBool method_given; /* by the user, or as the default of a problem */
-  SlipMethodCosts costs;
-  PetscReal longest;  /* longest stable explicit step [s] */
-  PetscReal refused;  /* until when steps do not grow beyond the controller's, after a long one was rejected [s] */
-  PetscInt cut, wait; /* explicit steps since then that were shortened, and how many of them end this */
-  PetscInt explicits; /* attempts of the run that were explicit */
-
-  /* doubling, created on first use */
-  Vec Wfull, Wmid;
-
-  /* one Bathe step */
-  PetscReal stage_time, theta;
-  PetscReal error_share,
-    error_dt;                /* error of the rates of the last step, and that step [s], over their change; 0: unknown */
-  Vec base, affine, Xdot, E; /* E: the error estimate */
-
-  /* constraint */
-  Vec r, r0, r1, rmid; /* reaction: accepted, at the step's start, after stage 1, after the first half step */
-  Vec x;               /* reduced work */
-  Vec Fs;              /* explicit part of stage 1, full */
-  PetscBool r_given;   /* the user set the initial reaction */
-
-  /* bookkeeping */
-  TSStepStatus status;
-  SlipAttempt last;
-  PetscInt failures;    /* attempts in a row that failed to converge */
-  PetscReal stagnated;  /* residual that the first of them ended with */
-  PetscBool floor_told; /* message that shorter steps do not reduce it */
-  SlipConstant constant;
-  PetscReal barrier;                                   /* end of an attempt that would have passed an instability [s] */
-  PetscInt towards;                                    /* steps in a row that were shortened because of it */
-  PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
-  SlipProducts cost;                                   /* of the run, when monitors got the last attempt */
-  TSBatheMonitor *monitors;
-} TS_Bathe;
-
-/* The problem's operations */
-PETSC_INTERN PetscErrorCode SlipConstraintGetOps(SlipConstraint, const SlipConstraintOps **);
-PETSC_INTERN PetscErrorCode SlipConstraintCreateReduced(SlipConstraint, Vec *);
-
-PETSC_INTERN PetscErrorCode TSBatheGetData(TS, PetscBool required, TS_Bathe **);
-
-/* One step h from (t, w0, r0) to (w2, r2) through w1; ok: no stage failed. resnorm: the larger one of the stages */
-PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
-                                           PetscReal *resnorm, PetscBool *ok);
-/* moreau.c: the same for an explicit step, whose inner state is w1; K2 is dw/dt at its end */
-PETSC_INTERN PetscErrorCode TSMoreauSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2,
-                                            PetscBool *ok);
-PETSC_INTERN PetscErrorCode TSMoreauStart(TS);                      /* recomputes start from X0, r0 and K0 */
-PETSC_INTERN PetscErrorCode TSMoreauBegin(TS, PetscBool unchanged); /* likewise, from the last step's end if possible */
-PETSC_INTERN PetscErrorCode TSMoreauError(TS, PetscReal h, Vec e);
-PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
-PETSC_INTERN PetscErrorCode TSMoreauState(SlipState, TS);
-PETSC_INTERN PetscErrorCode TSMoreauCut(TS, PetscReal *whole); /* shortens ts->time_step to a stable one */
-/* bathemethod.c: sets ba->now, for a step of ts->time_step */
-PETSC_INTERN PetscErrorCode TSBatheChooseMethod(TS);
-PETSC_INTERN PetscErrorCode TSBatheMethodWish(TS, PetscReal whole, PetscReal *next);
-PETSC_INTERN PetscErrorCode TSBatheMethodBegin(TS);
-PETSC_INTERN void TSBatheMethodRefused(TS);
-PETSC_INTERN PetscErrorCode TSBatheMethodState(SlipState, TS);
-PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
-PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
-PETSC_INTERN PetscErrorCode TSBatheEndDerivative(TS, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2);
-PETSC_INTERN PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e); /* zeroes the rate rows of cells at rest in w */
-PETSC_INTERN PetscErrorCode TSBatheEmbeddedError(TS, PetscReal h, Vec e);
-PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
-PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
-PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
-PETSC_INTERN PetscReal TSBatheStageShare(TS, PetscReal h); /* SlipStage.share of a step h */
-/* batheattempt.c */
-PETSC_INTERN PetscErrorCode TSBatheWorst(TS, PetscInt *index, PetscReal *residual);
-PETSC_INTERN PetscErrorCode TSBatheTellFloor(TS);
-PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
-PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
-PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
-PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
-PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 PETSC_INTERN PetscErrorCode TSCreate_RKC(TS);
 PETSC_INTERN PetscErrorCode TSCreate_Lapusta(TS);
@@ -197,29 +52,7 @@ PETSC_INTERN PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscRea
                                                 Vec f, Vec y[2], Vec work);
 PETSC_INTERN PetscErrorCode SlipChebyshevError(PetscReal h, Vec start, Vec end, Vec f_start, Vec f_end, Vec e);
 
-/* ---- stabilised.c: explicit steps of TSBATHE without inertia ---- */
-PETSC_INTERN PetscErrorCode TSStabilisedIs(TS, PetscBool *is);
-PETSC_INTERN PetscErrorCode TSStabilisedChoose(TS);                     /* ba->now */
-PETSC_INTERN PetscErrorCode TSStabilisedStart(TS, PetscBool unchanged); /* K0, for ba->now */
-PETSC_INTERN PetscErrorCode TSStabilisedSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2,
-                                                PetscBool *ok);
-PETSC_INTERN PetscErrorCode TSStabilisedError(TS, PetscReal h, Vec e);
-PETSC_INTERN PetscErrorCode TSStabilisedReset(TS);
-PETSC_INTERN PetscErrorCode TSStabilisedState(SlipState, TS);
-PETSC_INTERN void TSStabilisedLearn(TS);
-
 /* ---- explicitattempts.c: a step of several attempts from one state ---- */
-/* The first member of the context of a type that uses it */
-typedef struct {
-  Vec start;           /* state at the start of the step */
-  Vec f;               /* rates there, for types that start with those at the end of the last step; else NULL */
-  PetscBool known;     /* f is valid */
-  PetscInt rejections; /* rejected attempts of this step */
-  PetscReal whole;     /* the attempt's step before it was limited [s] */
-  PetscReal corner;    /* of the loading, where the attempt ends unless its type limits it further [s]; PETSC_MAX_REAL:
-                          none */
-  PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
-} SlipAttempts;
 /* Operations of a type; each except attempt and accept may be NULL */
 typedef struct {
   PetscErrorCode (*begin)(TS); /* from start and f */
@@ -230,8 +63,23 @@ typedef struct {
   PetscBool (*whatever)(TS);                   /* is it accepted whatever its error is? NULL: no */
   PetscErrorCode (*retry)(TS, PetscBool good); /* it was rejected, and ts->time_step is the next one */
   PetscErrorCode (*accept)(TS);                /* it was accepted: ts->ptime is its end, ts->time_step the next */
+  PetscErrorCode (*bound)(
+    TS); /* bounds ts->time_step after finish() of a problem that has relaxation() (SlipStepOps) */
 } SlipAttemptOps;
-PETSC_INTERN PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted);
+/* The first member of the context of a type that uses it */
+typedef struct {
+  const SlipAttemptOps *ops;
+  Vec start;           /* state at the start of the step */
+  Vec f;               /* rates there, for types that start with those at the end of the last step; else NULL */
+  PetscBool known;     /* f is valid */
+  PetscInt rejections; /* rejected attempts of this step */
+  PetscReal whole;     /* the attempt's step before it was limited [s] */
+  PetscReal corner;    /* of the loading, where the attempt ends unless its type limits it further [s]; PETSC_MAX_REAL:
+                          none */
+  PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
+} SlipAttempts;
+PETSC_INTERN PetscErrorCode SlipAttemptsStep(TS ts);
+PETSC_INTERN PetscErrorCode SlipAttemptsDestroy(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsRollBack(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsState(TS ts, SlipState s);
 PETSC_INTERN PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, PetscReal *wlte);
@@ -266,7 +114,7 @@ PETSC_INTERN void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k
 PETSC_INTERN PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k);
 PETSC_INTERN PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most);
 PETSC_INTERN void SlipAdamsCount(TS ts);
-PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx);
+PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
 
 /* ---- meetcorner.c: any integrator and controller ---- */

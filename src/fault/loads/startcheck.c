@@ -230,7 +230,7 @@ PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!fault->problem.any_integrator || fault->friction.law->always_slides || rank || !fault->options.reports ||
+  if (!fault->problem.steps.any_integrator || fault->friction.law->always_slides || rank || !fault->options.reports ||
       !(fault->kind.sequence || fault->loads.pressed))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipWarning("-ts_type %s skips only rest: while any cell slips, however slowly, its steps are seconds to "

@@ -194,7 +194,7 @@ SLIP_VECTOR static PetscInt Compliances(PetscInt n, PetscReal eta, const PetscRe
   return others;
 }
 
-/* SlipProblemOps.relaxation, from the rates of the last right-hand side, as w has the step's first ones while it is
+/* SlipStepOps.relaxation, from the rates of the last right-hand side, as w has the step's first ones while it is
    judged; 0 where rates follow from momentum. Where friction sticks, it is the rate at which sliding cells relax. */
 PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
 {
@@ -211,7 +211,8 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   (void)ts;
   *relaxation = 0;
   if (fault->kind.inertia ||
-      !(fault->friction.law->always_slides ? b->known : fault->problem.any_integrator || fault->problem.side))
+      !(fault->friction.law->always_slides ? b->known
+                                           : fault->problem.steps.any_integrator || fault->problem.sides.side))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
   if (!fault->friction.law->always_slides) {
@@ -397,7 +398,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipElasticRests(fault->medium, &at_once));
-  if (r || !fault->problem.any_integrator || fault->friction.law->always_slides || fault->device.device)
+  if (r || !fault->problem.steps.any_integrator || fault->friction.law->always_slides || fault->device.device)
     at_once = PETSC_FALSE;
   if (at_once) {
     PetscCall(GetStickingPowers(fault, t, w, power, friction));

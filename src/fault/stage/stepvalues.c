@@ -7,11 +7,11 @@
 PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
 {
   PetscFunctionBegin;
-  PetscCheck(fault->friction.law->always_slides || fault->stage.con || fault->problem.any_integrator, fault->comm,
+  PetscCheck(fault->friction.law->always_slides || fault->stage.con || fault->problem.steps.any_integrator, fault->comm,
              PETSC_ERR_ORDER, "the traction is known after SlipFaultConfigureTS()");
   if (fault->friction.law->always_slides)
     PetscCall(SlipFaultSmoothTraction(fault, time, w, r));
-  else if (fault->problem.any_integrator)
+  else if (fault->problem.steps.any_integrator)
     PetscCall(SlipFaultStickingTraction(fault, time, w, r));
   else
     PetscCall(SlipConstraintInitialReaction(fault->stage.con, time, w, r));

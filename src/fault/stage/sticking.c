@@ -325,16 +325,16 @@ PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
   PetscCall(TSGetTimeStep(ts, &h));
   PetscCall(TSGetMaxTime(ts, &limit));
   PetscCall(TSGetSolution(ts, &w));
-  if (fault->problem.corner) PetscCall((*fault->problem.corner)(ts, t, &corner, fault));
+  if (fault->problem.steps.corner) PetscCall((*fault->problem.steps.corner)(ts, t, &corner, fault));
   limit = PetscMin(limit, corner);
   b->next = h;
   end = t;
-  if (fault->problem.rest) {
+  if (fault->problem.steps.rest) {
     if (!b->rested) PetscCall(SlipFaultCreateState(fault, &b->rested));
     if (!b->way) PetscCall(SlipFaultCreateState(fault, &b->way));
     if (fault->kind.sequence || fault->loads.pressed || limit - t > LANDING_FAR * h)
       PetscCall(Land(fault, t, w, &landed));
-    PetscCall((*fault->problem.rest)(ts, t, limit, w, b->way, b->rested, &end, &b->next, fault));
+    PetscCall((*fault->problem.steps.rest)(ts, t, limit, w, b->way, b->rested, &end, &b->next, fault));
   }
   b->resting = end > t ? PETSC_TRUE : PETSC_FALSE;
   if (landed || b->resting) PetscCall(VecDestroy(&b->first)); /* a checkpoint's rates, of the state before */

@@ -359,8 +359,9 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   const SlipFaultLoad *load;
 
   PetscFunctionBegin;
-  *r = (Rest){
-    .fault = fault, .t = t, .held = fault->problem.any_integrator || fault->problem.side ? 1 + SLIP_FRICTION_HOLD : 1};
+  *r = (Rest){.fault = fault,
+              .t = t,
+              .held = fault->problem.steps.any_integrator || fault->problem.sides.side ? 1 + SLIP_FRICTION_HOLD : 1};
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));
@@ -396,7 +397,7 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
 }
 
 /*
-  SlipFaultRestTime - SlipProblemOps.rest_time: finds how long the state w at t stays exactly at rest [s]
+  SlipFaultRestTime - SlipControlOps.rest_time: finds how long the state w at t stays exactly at rest [s]
 
   Collective. *rest is 0 when a cell moves or its force exceeds the strength, and PETSC_MAX_REAL for ever. It is 0 as
   well when strengths may change in time, as with states of the law's own: then there is no search.
@@ -421,7 +422,7 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
 }
 
 /*
-  SlipFaultRest - SlipProblemOps.rest: finds the end of the rest that begins with the state w at t, at most limit, and
+  SlipFaultRest - SlipStepOps.rest: finds the end of the rest that begins with the state w at t, at most limit, and
   the exact states halfway and at its end
 
   Collective. *end = t when a cell moves or is at its strength. *h: a step to continue with [s].

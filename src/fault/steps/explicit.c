@@ -128,7 +128,7 @@ static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.finish. TSADAMS and TSRKC call it for the slip rates within their steps, which are those of the last
+/* SlipStepOps.finish. TSADAMS and TSRKC call it for the slip rates within their steps, which are those of the last
    right-hand side. */
 PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
 {
@@ -226,7 +226,7 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!fault->problem.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->problem.steps.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
   if (!fault->friction.law->always_slides) {
     PetscCall(SlipStateReal(s, "largest_displacement", 1, &b->moved));
     PetscCall(SlipStateReal(s, "largest_rate", 1, &b->fastest));
@@ -259,60 +259,45 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up steps of constant slip rates, for a medium that remembers its waves. */
-static PetscErrorCode ConfigureWaves(TS ts, PetscReal shortest)
-{
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(TSSetType(ts, TSLAPUSTA));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTLAPUSTA));
-  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
-  PetscCall(TSSetTimeStep(ts, shortest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets up friction that sticks. A cell that starts or stops is a kink of its right-hand side, which formulas of low
-   order cross at the least loss. No step ends there: with many cells, each step would end at one of them. */
-static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts, const char type[])
-{
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  fault->balance.moved = SLIP_FAULT_ATOL;
-  fault->balance.fastest = 0;
-  fault->balance.known = fault->balance.resting = PETSC_FALSE;
-  PetscCall(TSSetType(ts, type));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
-  if (fault->kind.sequence || fault->loads.pressed) PetscCall(SlipAdamsSetCorrections(ts, 1));
-  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
-  PetscCall(TSSetTimeStep(ts, STICKING_FIRST_STEP * fault->operators.tstar));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sets up the explicit problem. */
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
+  const PetscBool sticks = fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
   PetscReal step, shortest, rtol = EXPLICIT_RTOL;
   char type[64] = TSRKC;
+  TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
-  if (shortest == 0 && !fault->friction.law->always_slides)
-    PetscCall(SlipFaultExplicitSteps(fault, ts, type, sizeof(type), &rtol));
-  if (fault->friction.law->always_slides)
+  if (shortest == 0 && sticks) PetscCall(SlipFaultExplicitSteps(fault, ts, type, sizeof(type), &rtol));
+  if (!sticks)
     PetscCall(SlipFaultCycleSteps(fault, ts, &rtol));
-  else
-    PetscCall(ConfigureSticking(fault, ts, type));
-  if (shortest > 0) PetscCall(ConfigureWaves(ts, shortest));
+  else {
+    /* A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross at the least loss.
+       No step ends there: with many cells, each step would end at one of them. */
+    fault->balance.moved = SLIP_FAULT_ATOL;
+    fault->balance.fastest = 0;
+    fault->balance.known = fault->balance.resting = PETSC_FALSE;
+    PetscCall(TSSetType(ts, type));
+    PetscCall(TSGetAdapt(ts, &adapt));
+    PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+    if (fault->kind.sequence || fault->loads.pressed) PetscCall(SlipAdamsSetCorrections(ts, 1));
+    PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
+    PetscCall(TSSetTimeStep(ts, STICKING_FIRST_STEP * fault->operators.tstar));
+  }
+  if (shortest > 0) { /* steps of constant slip rates, for a medium that remembers its waves */
+    PetscCall(TSSetType(ts, TSLAPUSTA));
+    PetscCall(TSGetAdapt(ts, &adapt));
+    PetscCall(TSAdaptSetType(adapt, TSADAPTLAPUSTA));
+    PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
+    PetscCall(TSSetTimeStep(ts, shortest));
+  }
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
   PetscCall(SetTolerances(fault, ts, rtol));
-  if (!fault->friction.law->always_slides || shortest > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (sticks || shortest > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultFirstStep(fault, &step));
   PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);

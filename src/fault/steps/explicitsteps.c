@@ -118,7 +118,7 @@ PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follo
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
-  *follows = fault->problem.any_integrator && fault->steps.accuracy > 0 && rtol == fault->steps.rtol && !constant
+  *follows = fault->problem.steps.any_integrator && fault->steps.accuracy > 0 && rtol == fault->steps.rtol && !constant
                ? PETSC_TRUE
                : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -41,7 +41,7 @@ static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscI
     PetscCall(TSBatheGetLongestStep(ts, &fault->known.step_limit));
     PetscCall(TSBatheGetSolveCost(ts, &fault->known.solve_cost));
   }
-  if (state && fault->problem.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, t, w, &w));
+  if (state && fault->problem.steps.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, t, w, &w));
   PetscCall(SlipFaultObserve(fault, t, w, n, row, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -63,7 +63,7 @@ static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(TSBatheGetMethod(ts, &method));
-  *name = fault->problem.any_integrator && fault->friction.law->always_slides ? "ode" : fault->steps.policy;
+  *name = fault->problem.steps.any_integrator && fault->friction.law->always_slides ? "ode" : fault->steps.policy;
   if (method != TSBATHE_METHOD_IMPLICIT && !strcmp(*name, "fault")) *name = "fault_products";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -182,28 +182,28 @@ static PetscErrorCode BeforeStep(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &fault));
-  if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
+  if (problem->steps.any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
-  if (!ours && problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
+  if (!ours && problem->steps.any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipMeetRelaxation(ts));
-  if (ours || problem->any_integrator) PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
-  if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ours || problem->steps.any_integrator)
+    PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
+  if (ours || !problem->history.accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall((*problem->accept)(ts, t, w, step == 0 ? PETSC_TRUE : PETSC_FALSE, fault));
+  PetscCall((*problem->history.accept)(ts, t, w, step == 0 ? PETSC_TRUE : PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipProblemOps FaultProblem = {.name = Name_Fault,
-                                            .time_scale = TimeScale_Fault,
-                                            .untrained = Untrained_Fault,
-                                            .rest_time = SlipFaultRestTime,
-                                            .origin = Origin_Fault,
-                                            .find = Find_Fault,
-                                            .observe = Observe_Fault,
-                                            .measures = PETSC_TRUE};
+static const SlipProblemOps FaultProblem = {.control = {.name = Name_Fault,
+                                                        .time_scale = TimeScale_Fault,
+                                                        .untrained = Untrained_Fault,
+                                                        .rest_time = SlipFaultRestTime,
+                                                        .measures = PETSC_TRUE},
+                                            .history = {.origin = Origin_Fault},
+                                            .observations = {.find = Find_Fault, .observe = Observe_Fault}};
 /* Computes dw/dt = A^-1 F_s(w), the smooth part, for integrators that do not handle the constraint. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
@@ -243,45 +243,16 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tightens the residual: friction of 1e8 Pa balances slip rates of 1e-9 m/s, of which radiation damping makes 1e-3 Pa
-   */
-static PetscErrorCode ConfigureDriven(TS ts)
+static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
-  const PetscReal residual = 1e-13;
-  SNES snes;
-
-  PetscFunctionBegin;
-  PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* With a smooth law the Jacobian's diagonal varies by decades from cell to cell: the force must be small in all cells
-   alike, and the diagonal is most of the Jacobian in sufficiently exact steps. */
-static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
-{
-  const PetscReal residual = 1e-11; /* relative to 1e7 Pa; a sigma, the effect of ln v, is some 1e5 Pa */
+  /* Friction of 1e8 Pa balances slip rates of 1e-9 m/s, of which radiation damping makes 1e-3 Pa */
+  const PetscReal driven = 1e-13;
+  const PetscReal smooth = 1e-11; /* relative to 1e7 Pa; a sigma, the effect of ln v, is some 1e5 Pa */
+  PetscBool ours;
   PetscReal step;
   SNES snes;
   KSP ksp;
   PC pc;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCJACOBI));
-  PetscCall(SlipFaultFirstStep(fault, &step));
-  PetscCall(TSSetTimeStep(ts, step));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
-{
-  PetscBool ours;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintCreate(fault));
@@ -290,11 +261,24 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* -ts_type may change it to TSMOREAU later */
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
   PetscCall(TSBatheSetConstraint(ts, fault->stage.con));
-  if (fault->kind.driven) PetscCall(ConfigureDriven(ts));
+  PetscCall(TSGetSNES(ts, &snes));
+  if (fault->kind.driven) {
+    PetscCall(TSBatheSetFirstStage(ts, TSBATHE_STAGE_BACKWARD));
+    PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, driven, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  }
   PetscCall(SlipFaultSetTolerances(fault, ts));
   PetscCall(SlipFaultConfigureSteps(fault, ts));
   PetscCall(TSSetTimeStep(ts, SLIP_FAULT_FIRST_STEP * fault->operators.tstar));
-  if (fault->friction.law->always_slides) PetscCall(ConfigureSmooth(fault, ts));
+  if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
+  /* With a smooth law the Jacobian's diagonal varies by decades from cell to cell: the force must be small in all cells
+     alike, and the diagonal is most of the Jacobian in sufficiently exact steps. */
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, smooth, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCJACOBI));
+  PetscCall(SlipFaultFirstStep(fault, &step));
+  PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -335,26 +319,26 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   PetscFunctionBegin;
   PetscCall(SlipElasticRemembers(fault->medium, &remembers));
   if (remembers) {
-    problem->accept = Accept_Fault;
-    problem->advance = Advance_Fault;
-    problem->rollback = RollBack_Fault;
+    problem->history.accept = Accept_Fault;
+    problem->history.advance = Advance_Fault;
+    problem->history.rollback = RollBack_Fault;
   }
   if (remembers || is_explicit || fault->loads.pressed) PetscCall(TSSetPreStep(ts, BeforeStep));
-  problem->any_integrator = is_explicit;
+  problem->steps.any_integrator = is_explicit;
   fault->corner_passed = PETSC_FALSE;
-  problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
-  problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;
-  problem->drift = is_explicit ? SlipFaultDrift : NULL;
-  problem->slip_step = is_explicit ? SlipFaultSlipStep : NULL;
-  problem->shortest = is_explicit ? SlipFaultShortestStep : NULL;
-  problem->waits = is_explicit && !fault->friction.law->always_slides ? SlipFaultWaits : NULL;
-  problem->begin = is_explicit ? NULL : SlipFaultBeginSteps;
-  problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
+  problem->steps.finish = is_explicit ? SlipFaultFinishStep : NULL;
+  problem->steps.relaxation = is_explicit ? SlipFaultRelaxation : NULL;
+  problem->drifts.drift = is_explicit ? SlipFaultDrift : NULL;
+  problem->control.slip_step = is_explicit ? SlipFaultSlipStep : NULL;
+  problem->drifts.shortest = is_explicit ? SlipFaultShortestStep : NULL;
+  problem->drifts.waits = is_explicit && !fault->friction.law->always_slides ? SlipFaultWaits : NULL;
+  problem->steps.begin = is_explicit ? NULL : SlipFaultBeginSteps;
+  problem->control.hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* a driven fault rests for years between events */
-    problem->corner = SlipFaultNextCorner;
-    problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
-    problem->error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
-    if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
+    problem->steps.corner = SlipFaultNextCorner;
+    problem->steps.rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
+    problem->steps.error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
+    if (fault->kind.inertia && !fault->friction.law->by_rate) problem->steps.stop = Stop_Fault;
   }
   if (!is_explicit) PetscCall(SlipFaultSidesAttach(fault));
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));

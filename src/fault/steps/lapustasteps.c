@@ -12,7 +12,7 @@
 #define WAITS_DROP 0.01
 #define FOR_EVER 1e30 /* [s] */
 
-/* SlipProblemOps.drift */
+/* SlipDriftOps.drift */
 PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -81,7 +81,7 @@ PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.shortest */
+/* SlipDriftOps.shortest */
 PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *ctx)
 {
   PetscFunctionBegin;
@@ -90,7 +90,7 @@ PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.slip_step. Sticking cells have no rate to limit a step: while any slides steps are the shortest. */
+/* SlipControlOps.slip_step. Sticking cells have no rate to limit a step: while any slides steps are the shortest. */
 PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -123,7 +123,7 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.waits. The stress that waves will still bring is the difference to the stress of the same slip when
+/* SlipDriftOps.waits. The stress that waves will still bring is the difference to the stress of the same slip when
    all waves have gone; steady loading meets its impedance for ever. */
 PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx)
 {

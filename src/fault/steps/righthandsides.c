@@ -107,11 +107,11 @@ PetscErrorCode SlipFaultSidesAttach(SlipFault fault)
   if (fault->kind.inertia || !(fault->balance.eta > 0) || SlipFaultOpens(fault) || law->always_slides || law->by_rate ||
       !rests)
     PetscFunctionReturn(PETSC_SUCCESS);
-  problem->side = Side;
-  problem->middle = Middle;
-  problem->side_error = Error;
-  problem->reaction = Reaction;
-  problem->finish = SlipFaultFinishStep;
-  problem->relaxation = Rate;
+  problem->sides.side = Side;
+  problem->sides.middle = Middle;
+  problem->sides.error = Error;
+  problem->sides.reaction = Reaction;
+  problem->steps.finish = SlipFaultFinishStep;
+  problem->steps.relaxation = Rate;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -117,7 +117,7 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
   if (kind != fault->steps.kind) fault->steps.tolerances.controllers = 0;
   /* Tolerances that were read stay, as a fault may run many times. */
   fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy, .tolerances = fault->steps.tolerances};
-  fault->problem.controller =
+  fault->problem.control.controller =
     is_explicit ? NULL : ControllerAt(kind, SlipFaultAccuracy(fault)); /* NULL: the integrator's */
 }
 
@@ -174,7 +174,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
   if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* policies exceed the accuracy on half of these, pi on none */
   if (!IsTrainedLaw(fault->friction.law->name)) *learned = PETSC_FALSE;
-  PetscCall(NamesClassical(fault, ts, fault->problem.controller, &named));
+  PetscCall(NamesClassical(fault, ts, fault->problem.control.controller, &named));
   if (named) *learned = PETSC_FALSE;
   if (*learned) PetscCall(SlipPolicyFindDefault(fault->comm, Kinds[kind].policy, file, sizeof(file), learned));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -203,7 +203,7 @@ static PetscErrorCode WarnOfVelocity(SlipFault fault, PetscInt n, const char *co
 /* Warns before a run of options of the fault that the chosen steps do not use. */
 static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
 {
-  const PetscBool is_explicit = fault->problem.any_integrator;
+  const PetscBool is_explicit = fault->problem.steps.any_integrator;
   const char *prefix = SlipFaultPrefix(fault);
   const char *why;
   PetscBool learned, constant, rtol;
@@ -289,7 +289,7 @@ static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], Petsc
 /* Sets the default controller and its tolerance. */
 PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
 {
-  const char *controller = fault->problem.controller;
+  const char *controller = fault->problem.control.controller;
   char type[64], file[PETSC_MAX_PATH_LEN];
   PetscBool named, found;
   TSAdapt adapt;
@@ -309,34 +309,6 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
     PetscCall(SlipPolicyFindDefault(fault->comm, "tolerances", file, sizeof(file), &found));
     if (found) PetscCall(ReadOwnTolerances(fault));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Replaces a policy that is only the default where the user has set a tolerance. */
-static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
-{
-  char controller[64];
-  PetscBool rl, chosen;
-
-  PetscFunctionBegin;
-  PetscCall(TSAdaptRLIsChosen(adapt, &chosen));
-  if (chosen) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
-  PetscCall(PetscStrcmp(controller, TSADAPTRL, &rl));
-  if (rl) PetscCall(SlipAdaptSetController(adapt, fault->problem.controller));
-  fault->steps.learned = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds whether an option belongs to implicit steps only. */
-static PetscErrorCode NamesStages(TS ts, PetscBool *names)
-{
-  static const char *const options[] = {"ts_bathe_gamma", "ts_bathe_first_stage", "ts_bathe_reaction",
-                                        "ts_bathe_stage_error"};
-
-  PetscFunctionBegin;
-  *names = PETSC_FALSE;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options) && !*names; i++) PetscCall(Names(ts, options[i], names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -370,11 +342,13 @@ static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool
 static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
 {
   const Kind kind = (Kind)fault->steps.kind;
+  static const char *const options[] = {"ts_bathe_gamma", "ts_bathe_first_stage", "ts_bathe_reaction",
+                                        "ts_bathe_stage_error"}; /* of implicit steps only */
   char controller[64];
-  PetscBool fewer = PETSC_FALSE, stages;
+  PetscBool fewer = PETSC_FALSE, stages = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(NamesStages(ts, &stages));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options) && !stages; i++) PetscCall(Names(ts, options[i], &stages));
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   if (!stages && Kinds[kind].by_products && fault->kind.inertia && !(kind == KIND_EVENT && fault->kind.driven) &&
       fault->options.value[FAULT_DAMPING_RATIO] <= MOST_DAMPED) {
@@ -385,14 +359,14 @@ static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
     else if (!strcmp(controller, TSADAPTRL))
       PetscCall(LearnsByProducts(fault, adapt, &fewer));
   }
-  if (fault->problem.side && (fault->kind.sequence || fault->loads.pressed) && !fault->device.device &&
+  if (fault->problem.sides.side && (fault->kind.sequence || fault->loads.pressed) && !fault->device.device &&
       strcmp(controller, TSADAPTRL) && strcmp(controller, TSADAPTNONE) && strcmp(controller, TSADAPTHISTORY))
     fewer = PETSC_TRUE;
   PetscCall(TSBatheSetDefaultMethod(ts, fewer ? TSBATHE_METHOD_AUTO : TSBATHE_METHOD_IMPLICIT));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.begin: uses the controller of the run. A tolerance that neither the fault nor a policy has set is the
+/* SlipStepOps.begin: uses the controller of the run. A tolerance that neither the fault nor a policy has set is the
    user's, as is that of -ts_rtol. */
 PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 {
@@ -400,7 +374,7 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   SlipFaultSteps *steps = &fault->steps;
   char controller[64];
   PetscReal rtol, dial;
-  PetscBool option;
+  PetscBool option, named = PETSC_FALSE;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -423,18 +397,23 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   steps->user_rtol = rtol;
   steps->accuracy = 0;
   PetscCall(TSGetAdapt(ts, &adapt));
-  if (steps->given && steps->learned) PetscCall(GiveWay(fault, adapt));
+  if (steps->given && steps->learned) PetscCall(TSAdaptRLIsChosen(adapt, &named));
+  if (steps->given && steps->learned && !named) { /* a policy that is only the default gives way to a given tolerance */
+    PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
+    if (!strcmp(controller, TSADAPTRL)) PetscCall(SlipAdaptSetController(adapt, fault->problem.control.controller));
+    steps->learned = PETSC_FALSE;
+  }
   PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, SlipFaultAccuracy(fault)));
   PetscCall(ChooseMethod(fault, ts, adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
-  if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* rl hands over to it */
+  if (dial > 0) fault->problem.control.controller = ControllerAt(steps->kind, dial); /* rl hands over to it */
   if (steps->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(Set(fault, ts, controller, SlipFaultAccuracy(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.hand_over */
+/* SlipControlOps.hand_over */
 PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accuracy, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -485,28 +464,10 @@ PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative)
   PetscCall(TSGetTolerances(ts, NULL, NULL, relative, NULL));
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   if (!strcmp(controller, TSADAPTNONE) || !strcmp(controller, TSADAPTHISTORY)) *relative = 0;
-  if (controller[0] || fault->problem.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
+  if (controller[0] || fault->problem.steps.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
   if (dial > 0) *relative = OF_DIAL * dial;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Prints that the user chose rl, with the file of the policy. */
-static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
-{
-  const char *file = NULL;
-  char at[48] = "";
-  SlipPolicy policy;
-  PetscReal dial;
-
-  PetscFunctionBegin;
-  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
-  if (policy) PetscCall(SlipPolicyGetFile(policy, &file));
-  if (!file || !file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
-  if (dial > 0) (void)snprintf(at, sizeof(at), " at the accuracy %g", (double)dial);
-  PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl%s, policy %s\n", "steps:", at, file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -514,15 +475,17 @@ static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
 PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 {
   const SlipFaultSteps *steps = &fault->steps;
-  char controller[64], *filter;
-  PetscReal dial;
+  char controller[64], at[48] = "", *filter;
+  const char *file = NULL;
+  SlipPolicy policy;
+  PetscReal dial = 0;
   TSAdapt adapt;
   PetscBool bathe, named, constant, follows;
 
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(SlipFaultRefuseLearnedWaves(fault, ts));
-  if (!bathe || !fault->problem.begin) {
+  if (!bathe || !fault->problem.steps.begin) {
     PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
     if (follows)
       PetscCall(PetscPrintf(fault->comm, "%-24s -ts_type %s -ts_rtol %.3g, which keep -%sfault_accuracy %g, for %s\n",
@@ -536,9 +499,14 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscCall(SlipFaultBeginSteps(ts, PETSC_FALSE, fault));
   PetscCall(WarnOfIdle(fault, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
-  if (!steps->learned) PetscCall(ReportNamedPolicy(fault, adapt));
+  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
+  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (!steps->learned && policy) PetscCall(SlipPolicyGetFile(policy, &file));
+  if (file && file[0]) { /* the user chose rl */
+    if (dial > 0) (void)snprintf(at, sizeof(at), " at the accuracy %g", (double)dial);
+    PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl%s, policy %s\n", "steps:", at, file));
+  }
   if (steps->learned) {
-    PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
     PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl at the accuracy %g, for %s\n", "steps:", (double)dial,
                           Kinds[steps->kind].meaning));
   }
@@ -569,7 +537,7 @@ PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run)
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
-  if (!(bathe && fault->problem.begin) && !follows) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!(bathe && fault->problem.steps.begin) && !follows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));
   if (!controller[0] || constant) PetscFunctionReturn(PETSC_SUCCESS);
