@@ -67,7 +67,7 @@ static PetscErrorCode Group(SlipH5 *h, const char path[])
 {
   PetscFunctionBegin;
   PetscCall(SlipH5RemoveGroup(h, path));
-  PetscCall(SlipH5Group(h, path));
+  PetscCall(SlipH5Group(h, path, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -278,7 +278,7 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
 
   PetscFunctionBegin;
   if (access(o->output, F_OK)) {
-    PetscCallFile("-evaluate_output", SlipH5CheckCreate(o->output));
+    PetscCallFile("-evaluate_output", SlipH5CheckCreateKind(&(SlipH5Kind){0}, o->output));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallFile("-evaluate_output", SlipH5OpenRead(o->output, &h));

@@ -98,9 +98,8 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(WriteAttributes(cat));
   PetscCall(CreateTable(cat, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
-    PetscCall(!m && fault->layout.components > 1
-                ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, PETSC_FALSE, MapUnits[m])
-                : SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
+    PetscCall(!m && fault->layout.components > 1 ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, NULL, MapUnits[m])
+                                                 : SlipH5CreateSeries(h, Maps[m], ndim, dims, NULL, MapUnits[m]));
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   if (cat->maps) {
     const PetscReal *rake;

@@ -5,7 +5,7 @@
 /* Files of one family may be the same: a run may continue from the checkpoint that it writes. */
 #define FAMILY_STATE 1
 
-/* Endings of a file that is written. Locks beside it protect temporary files (h5claim.c); the checkpoint before stays.
+/* Endings of a file that is written. Locks beside it protect temporary files (h5output.c); the checkpoint before stays.
    */
 #define GROWING "", ".part", ".part.new"
 

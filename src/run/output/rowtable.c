@@ -14,7 +14,7 @@ PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[
   if (there)
     PetscCall(SlipH5SetRows(h, path, rows));
   else if (*has) {
-    PetscCall(SlipH5CreateSeries(h, path, wide, dims, PETSC_FALSE, "s"));
+    PetscCall(SlipH5CreateSeries(h, path, wide, dims, NULL, "s"));
     PetscCall(SlipH5AppendZeros(h, path, rows));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -55,7 +55,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
                                const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows)
 {
   char path[128];
-  PetscInt found, numbers = 0, axes, size;
+  PetscInt found, numbers = 0, size;
 
   PetscFunctionBegin;
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
@@ -75,7 +75,8 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
     numbers += t->entries[c];
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", group, column[c].name));
     if (rows < 0) {
-      PetscCall(SlipH5CreateSeries(h, path, wide, dims, column[c].integer, column[c].unit));
+      PetscCall(
+        SlipH5CreateSeries(h, path, wide, dims, &(SlipH5Storage){.integer = column[c].integer}, column[c].unit));
       continue;
     }
     PetscCall(SlipH5SetRows(h, path, rows));
@@ -90,10 +91,9 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   PetscCall(PetscMalloc1((size_t)numbers * (size_t)t->room, &t->value));
   if (!group[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the root has groups as well */
   PetscCall(SlipH5CountMembers(h, group, &found));
-  PetscCall(SlipH5CountAxes(h, group, &axes));
-  PetscCheck(found - axes == Columns(t), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck(found == Columns(t), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s in %s has %" PetscInt_FMT " datasets, expected the %" PetscInt_FMT " of this run%s", group, h->target,
-             found - axes, Columns(t), h->source);
+             found, Columns(t), h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
