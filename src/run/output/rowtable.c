@@ -20,25 +20,6 @@ PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates columns for the rests of times beyond a double; numbers: those of a row, without and then with them */
-static PetscErrorCode CreateRests(SlipTable *t, SlipH5 *h, PetscInt rows, PetscInt *numbers)
-{
-  char path[128];
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < t->ntimes; k++) {
-    const PetscInt c = t->times[k], all = t->ncolumns + k, n = t->entries[c];
-
-    PetscCall(PetscSNPrintf(t->rest[k], sizeof(t->rest[k]), "%s_rest", t->column[c].name));
-    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", t->group, t->rest[k]));
-    PetscCall(SlipTableRest(t->clock, h, path, t->wide[c], &n, rows, &t->rests));
-    t->entries[all] = n;
-    t->first[all] = *numbers;
-    *numbers += n;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Returns the name of a column. Tables move in memory as others are added: no pointer may refer into its own table */
 static const char *ColumnName(const SlipTable *t, PetscInt c)
 {
@@ -86,7 +67,17 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
                "%s in %s has other numbers in a row than the %" PetscInt_FMT " of this run%s", path, h->target,
                t->entries[c], h->source);
   }
-  PetscCall(CreateRests(t, h, rows, &numbers));
+  /* columns for the rests of times beyond a double */
+  for (PetscInt k = 0; k < t->ntimes; k++) {
+    const PetscInt c = t->times[k], all = t->ncolumns + k, n = t->entries[c];
+
+    PetscCall(PetscSNPrintf(t->rest[k], sizeof(t->rest[k]), "%s_rest", t->column[c].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", t->group, t->rest[k]));
+    PetscCall(SlipTableRest(t->clock, h, path, t->wide[c], &n, rows, &t->rests));
+    t->entries[all] = n;
+    t->first[all] = numbers;
+    numbers += n;
+  }
   t->room = PetscClipInterval(SLIP_TABLE_NUMBERS / numbers, 1, SLIP_TABLE_ROWS);
   PetscCall(PetscMalloc1((size_t)numbers * (size_t)t->room, &t->value));
   if (!group[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the root has groups as well */
