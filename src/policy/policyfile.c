@@ -290,7 +290,7 @@ static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
   PetscCall(SlipH5WriteReal(h5, "/observation/scale", 1, &p->n, p->scale, NULL));
   PetscCall(SlipH5WriteReal(h5, "/observation/offset", 1, &p->n, p->offset, NULL));
   for (PetscInt l = 0; l < p->nlayers; l++) PetscCall(WriteLayer(h5, l, &p->layers[l]));
-  PetscCall(SlipH5Group(h5, "/action"));
+  PetscCall(SlipH5Group(h5, "/action", PETSC_FALSE));
   PetscCall(SlipH5WriteAttrReal(h5, "/action", "low", p->low));
   PetscCall(SlipH5WriteAttrReal(h5, "/action", "high", p->high));
   PetscCall(SlipH5WriteAttrString(h5, "/action", "squash", "tanh"));

@@ -89,21 +89,6 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultSwitchFromOptions(SlipFault fault, const SlipFaultSwitch *p,
-                                                 SlipOptionItems PetscOptionsObject)
-{
-  PetscBool value = *(PetscBool *)((char *)fault + p->offset), set;
-  char option[64], help[512];
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
-  PetscCall(PetscSNPrintf(help, sizeof(help), "%s; of the %s", p->help, PartText(p->part)));
-  PetscCall(SlipCheckBoolOption(fault->comm, ((PetscObject)fault)->options, SlipFaultPrefix(fault), option));
-  PetscCall(PetscOptionsBool(option, help, p->manual, value, &value, &set));
-  if (set) PetscCall(SlipFaultSetBool(fault, p->name, value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Warns of options that a mesh makes unused: users who give both should know which one has an effect. */
 static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 {
@@ -170,8 +155,17 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
   fault->options.reports = fault->options.output_xdmf = fault->options.progress = PETSC_TRUE;
-  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++)
-    PetscCall(SlipFaultSwitchFromOptions(fault, &SlipFaultSwitches[i], PetscOptionsObject));
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) {
+    PetscBool value = *(PetscBool *)((char *)fault + SlipFaultSwitches[i].offset), set;
+    char option[64], help[512];
+
+    PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", SlipFaultSwitches[i].name));
+    PetscCall(PetscSNPrintf(help, sizeof(help), "%s; of the %s", SlipFaultSwitches[i].help,
+                            PartText(SlipFaultSwitches[i].part)));
+    PetscCall(SlipCheckBoolOption(fault->comm, ((PetscObject)fault)->options, SlipFaultPrefix(fault), option));
+    PetscCall(PetscOptionsBool(option, help, SlipFaultSwitches[i].manual, value, &value, &set));
+    if (set) PetscCall(SlipFaultSetBool(fault, SlipFaultSwitches[i].name, value));
+  }
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open their files at once */
   PetscCall(PetscViewerDestroy(&fault->options.viewer));

@@ -162,29 +162,6 @@ PetscErrorCode SlipFaultObserversDestroy(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the observers; if one refuses the run, those before it are destroyed. */
-static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
-{
-  SlipFaultRun *run = fault->run;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1(NUM_OBSERVERS + nregistered, &run->watch));
-  for (PetscInt i = 0; i < NUM_OBSERVERS + nregistered; i++) {
-    const SlipFaultObserver *row = ObserverAt(i);
-    struct _n_SlipFaultWatch *watch = &run->watch[run->nwatch];
-    PetscBool wanted = PETSC_TRUE;
-    PetscErrorCode ierr = 0;
-
-    *watch = (struct _n_SlipFaultWatch){row, row->ctx};
-    if (row->create) ierr = (*row->create)(fault, ts, &wanted, &watch->ctx);
-    if (wanted && (!ierr || watch->ctx != row->ctx)) run->nwatch++;
-    if (ierr) PetscCall(SlipFaultObserversDestroy(fault));
-    PetscCall(ierr);
-  }
-  if (run->file) run->file->layout = SlipFaultObserversLayout;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
   SlipFaultOutputStart - starts the observers of a run, built-in ones and those of SlipFaultRegisterObserver(). They
   write -fault_output and -fault_catalogue, estimate the error of slip and print the progress
@@ -236,7 +213,21 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultClockStart(fault, ts));
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* before that of /series; PETSc has it once */
-  PetscCall(SlipFaultObserversCreate(fault, ts));
+  /* if an observer refuses the run, those before it are destroyed */
+  PetscCall(PetscCalloc1(NUM_OBSERVERS + nregistered, &run->watch));
+  for (PetscInt i = 0; i < NUM_OBSERVERS + nregistered; i++) {
+    const SlipFaultObserver *row = ObserverAt(i);
+    struct _n_SlipFaultWatch *watch = &run->watch[run->nwatch];
+    PetscBool wanted = PETSC_TRUE;
+    PetscErrorCode ierr = PETSC_SUCCESS;
+
+    *watch = (struct _n_SlipFaultWatch){row, row->ctx};
+    if (row->create) ierr = (*row->create)(fault, ts, &wanted, &watch->ctx);
+    if (wanted && (!ierr || watch->ctx != row->ctx)) run->nwatch++;
+    if (ierr) PetscCall(SlipFaultObserversDestroy(fault));
+    PetscCall(ierr);
+  }
+  if (run->file) run->file->layout = SlipFaultObserversLayout;
   PetscCall(SlipFaultStressPrint(fault)); /* no check can refuse the run any more */
   PetscCall(SlipFaultResolutionPrint(fault));
   PetscCall(SlipFaultViscosityPrint(fault));
@@ -274,23 +265,6 @@ static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
     PetscCall(SlipOutputAddResult(file, "cost_output", NULL, "s", look->cost));
     PetscCall(SlipOutputAddResult(file, "processor_time", NULL, "s", SlipProcessorTime() - run->time));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds the number of transfers between the processor and the device since the run began. */
-static PetscErrorCode TrafficResult(SlipFault fault, SlipOutput file)
-{
-  const SlipDeviceTraffic now = SlipDeviceGetTraffic(), *before = &fault->run->traffic;
-  const struct {
-    const char *name, *label;
-    PetscInt64 n;
-  } row[] = {{"device_puts", "arrays to the device", now.puts - before->puts},
-             {"device_fetches", "arrays from the device", now.fetches - before->fetches},
-             {"device_numbers", "numbers from the device", now.numbers - before->numbers}};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && fault->device.device; i++)
-    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)row[i].n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -335,6 +309,13 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   SlipOutput file;
   PetscReal t, omega;
   Vec w;
+  const SlipDeviceTraffic now = SlipDeviceGetTraffic(), *before = &fault->run->traffic;
+  const struct {
+    const char *name, *label;
+    PetscInt64 n;
+  } row[] = {{"device_puts", "arrays to the device", now.puts - before->puts},
+             {"device_fetches", "arrays from the device", now.fetches - before->fetches},
+             {"device_numbers", "numbers from the device", now.numbers - before->numbers}};
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
@@ -349,7 +330,9 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   if (fault->problem.steps.any_integrator)
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
   PetscCall(ProductsResult(run, file));
-  PetscCall(TrafficResult(fault, file));
+  /* transfers between the processor and the device since the run began */
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && fault->device.device; i++)
+    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)row[i].n));
   PetscCall(SlipElasticGetFoundFrequency(fault->medium, &omega));
   if (omega > 0) PetscCall(SlipOutputAddResult(file, "largest_frequency", "largest frequency", "rad/s", omega));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));

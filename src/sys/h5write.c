@@ -1,8 +1,7 @@
 /* Writes datasets and growing series to HDF5 files. */
-#include <slipstep/private/slipsys.h>
+#include <slipstep/private/sliph5.h>
 #include <string.h>
 
-#define SLIP_H5_MAX_DIM 4
 #define SLIP_H5_CHUNK 65536   /* wanted size of a series' chunk [bytes] */
 #define SLIP_H5_MAX_CHUNK 256 /* largest number of rows per chunk */
 #define SLIP_H5_CACHE 1048576 /* size of HDF5's default cache of a dataset's chunks [bytes] */
@@ -128,32 +127,20 @@ PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-  Sets the shape of a series' chunks; chunk has the fixed dimensions already; size: of a number [bytes].
-
-  A compressed chunk has one row, so that it is written once: another row would change its compressed size and move it,
-  and a file that is read while it grows cannot reuse the old place. A chunk is not larger than HDF5's cache, for
-  readers of a part.
-*/
-static void SlipH5Chunk(PetscInt ndim, const SlipH5Storage *storage, hsize_t size, hsize_t chunk[])
+/* Creates a dataset whose first dimension grows by SlipH5AppendAll(). path: dataset, whose parents are created; ndim:
+   number of fixed dimensions, 0 (a row is one number) to 3; dims: the fixed dimensions [ndim]; storage: type of the
+   numbers, and whether they are compressed, NULL for doubles; units: attribute "units", or NULL. A compressed chunk has
+   one row, so that it is written once: another row would change its compressed size and move it, and a file that is
+   read while it grows cannot reuse the old place. A chunk is not larger than HDF5's cache, for readers of a part.
+   Errors: PETSC_ERR_ARG_OUTOFRANGE for another number of dimensions or a dimension of length 0, PETSC_ERR_SUP when this
+   HDF5 cannot compress, PETSC_ERR_FILE_WRITE if the path exists or cannot be written. */
+PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
+                                  const SlipH5Storage *storage, const char units[])
 {
-  hsize_t row = size, least;
-
-  for (PetscInt d = 1; d <= ndim; d++) row *= chunk[d];
-  chunk[0] = storage->deflate ? 1 : PetscMax(1, PetscMin(SLIP_H5_MAX_CHUNK, SLIP_H5_CHUNK / row));
-  if (!storage->deflate || !ndim || row <= SLIP_H5_CACHE) return;
-  least = row / chunk[1];
-  chunk[1] = PetscMax(1, SLIP_H5_CACHE / least);
-}
-
-/* Creates a series, as SlipH5CreateSeries(), with a choice of how numbers are stored. h, path, ndim, dims, units: see
-   SlipH5CreateSeries(); storage: their type, and whether they are compressed. Errors: those of SlipH5CreateSeries(),
-   and PETSC_ERR_SUP when this HDF5 cannot compress. */
-PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
-                                        const SlipH5Storage *storage, const char units[])
-{
-  const hid_t type = storage->integer ? H5T_STD_I64LE : storage->single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
-  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, limit[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 1;
+  const PetscBool integer = storage && storage->integer, single = storage && storage->single;
+  const PetscInt deflate = storage ? storage->deflate : 0;
+  const hid_t type = integer ? H5T_STD_I64LE : single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
+  hsize_t shape[SLIP_H5_MAX_DIM] = {0}, limit[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 1, bytes;
   hid_t space, dcpl, set;
 
   PetscFunctionBegin;
@@ -161,16 +148,18 @@ PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt n
              "%" PetscInt_FMT " fixed dimensions, expected 0 to %d", ndim, SLIP_H5_MAX_DIM - 1);
   for (PetscInt d = 0; d < ndim; d++) row *= shape[d + 1] = limit[d + 1] = chunk[d + 1] = (hsize_t)dims[d];
   PetscCheck(row > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "a fixed dimension of %s is zero", path);
-  PetscCheck(!storage->deflate || H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0, PETSC_COMM_SELF, PETSC_ERR_SUP,
+  PetscCheck(!deflate || H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "%s cannot be compressed: this HDF5 has no zlib", path);
   limit[0] = H5S_UNLIMITED;
-  SlipH5Chunk(ndim, storage, H5Tget_size(type), chunk);
+  bytes = row * H5Tget_size(type);
+  chunk[0] = deflate ? 1 : PetscMax(1, PetscMin(SLIP_H5_MAX_CHUNK, SLIP_H5_CHUNK / bytes));
+  if (deflate && ndim && bytes > SLIP_H5_CACHE) chunk[1] = PetscMax(1, SLIP_H5_CACHE / (bytes / chunk[1]));
   space = H5Screate_simple((int)ndim + 1, shape, limit);
   dcpl = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_chunk(dcpl, (int)ndim + 1, chunk);
-  if (storage->deflate) {
+  if (deflate) {
     H5Pset_shuffle(dcpl);
-    H5Pset_deflate(dcpl, (unsigned)storage->deflate);
+    H5Pset_deflate(dcpl, (unsigned)deflate);
   }
   set = SlipH5Dataset(h, path, type, space, dcpl);
   H5Pclose(dcpl);
@@ -182,21 +171,7 @@ PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates a dataset whose first dimension grows by SlipH5Append(). path: dataset, whose parents are created; ndim:
-   number of fixed dimensions, 0 (a row is one number) to 3; dims: the fixed dimensions [ndim]; integer: store 64-bit
-   integers instead of doubles; units: attribute "units", or NULL. Errors: PETSC_ERR_ARG_OUTOFRANGE for another number
-   of dimensions or a dimension of length 0, PETSC_ERR_FILE_WRITE if the path exists or cannot be written. */
-PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[], PetscBool integer,
-                                  const char units[])
-{
-  const SlipH5Storage storage = {.integer = integer};
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage, units));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gets how the numbers of a dataset are stored. storage: see SlipH5CreateStoredSeries(). Errors:
+/* Gets how the numbers of a dataset are stored. storage: see SlipH5CreateSeries(). Errors:
    PETSC_ERR_FILE_UNEXPECTED when there is no such dataset. */
 PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage)
 {
@@ -325,17 +300,6 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Appends rows to one series, see SlipH5AppendAll(). path: dataset made by SlipH5CreateSeries(); data: rows times the
-   product of the fixed dimensions, row-major, in the units of the series. Errors: those of SlipH5AppendAll(). */
-PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[])
-{
-  const SlipH5Rows series = {path, data, 1};
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5AppendAll(h, 1, &series, rows));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Appends rows of zeros to a new series without writing them; the file must not be live. path: dataset made by
    SlipH5CreateSeries(), without rows. Errors: PETSC_ERR_FILE_WRITE when there is no such series. */
 PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows)
@@ -374,5 +338,32 @@ PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows)
              "%s in %s has %llu rows, expected %" PetscInt_FMT " or more%s", path, h->name, (unsigned long long)found,
              rows, h->source);
   if (err < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, 0, "%s to %s", path, h->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates a dataset that shows one entry of each row of a series of vectors. path: of the dataset, [rows, 3], whose
+   group exists; it has as many rows as the series, also while that grows; series: path of an existing series [rows,
+   entries, 3]. Programs with HDF5 1.10 or later read it as any other dataset. It takes about 500 bytes. Errors:
+   PETSC_ERR_FILE_WRITE when there is no such series, the path exists or cannot be written. */
+PetscErrorCode SlipH5CreateView(SlipH5 *h, const char path[], const char series[], PetscInt entry, const char units[])
+{
+  const hsize_t grows = H5S_UNLIMITED, none[3] = {0, 0, 0}, from[3] = {0, (hsize_t)entry, 0}, rows[3] = {grows, 1, 1},
+                inner[2] = {1, 3}, outer[3] = {1, 1, 3}, limit[2] = {grows, 3}, empty[2] = {0, 3};
+  const hid_t all = H5Dopen2(h->id, series, H5P_DEFAULT), source = all < 0 ? -1 : H5Dget_space(all),
+              space = H5Screate_simple(2, empty, limit), dcpl = H5Pcreate(H5P_DATASET_CREATE);
+  hid_t set = -1;
+
+  PetscFunctionBegin;
+  if (source >= 0 && H5Sget_simple_extent_ndims(source) == 3 &&
+      H5Sselect_hyperslab(space, H5S_SELECT_SET, none, NULL, rows, inner) >= 0 &&
+      H5Sselect_hyperslab(source, H5S_SELECT_SET, from, NULL, rows, outer) >= 0 &&
+      H5Pset_virtual(dcpl, space, ".", series, source) >= 0)
+    set = H5Dcreate2(h->id, path, H5T_IEEE_F64LE, space, H5P_DEFAULT, dcpl, H5P_DEFAULT);
+  H5Pclose(dcpl);
+  H5Sclose(space);
+  if (source >= 0) H5Sclose(source);
+  if (all >= 0) H5Dclose(all);
+  if (set < 0 || H5Dclose(set) < 0) PetscCall(SlipH5WriteFailed(h, 0, "dataset %s to %s", path, h->name));
+  PetscCall(SlipH5WriteAttrString(h, path, "units", units));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

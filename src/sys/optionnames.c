@@ -310,23 +310,6 @@ PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipIsRetired(PetscOptions options, const char name[], const char prefix[], PetscBool *retired)
-{
-  char whole[SLIP_NAME_LENGTH];
-  PetscBool set;
-
-  PetscFunctionBegin;
-  *retired = PETSC_FALSE;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipRetired) && !*retired; i++) {
-    if (strcasecmp(name, SlipRetired[i].name)) continue;
-    PetscCall(SlipWarning("-%s%s does nothing: %s", prefix, SlipRetired[i].name, SlipRetired[i].why));
-    PetscCall(PetscSNPrintf(whole, sizeof(whole), "-%s%s", prefix, name));
-    PetscCall(PetscOptionsHasName(options, NULL, whole, &set)); /* this marks it as read */
-    *retired = PETSC_TRUE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Raises an error for unknown options with our prefixes; words: also for options with a wrong dash or an equals sign */
 static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const char prefix[], PetscBool words)
 {
@@ -339,11 +322,17 @@ static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const 
   for (PetscInt i = 0; i < n; i++) {
     const char *name = names[i] + len;
     char hint[SLIP_HINT_LENGTH], dash[SLIP_NAME_LENGTH];
-    PetscBool known, retired;
+    PetscBool known, retired = PETSC_FALSE;
 
     if (words) PetscCall(SlipCheckSpelling(names[i], "")); /* options from files and the environment */
     if (strncasecmp(names[i], prefix, len) || !SlipIsOurs(name, PETSC_TRUE, &known) || known) continue;
-    PetscCall(SlipIsRetired(options, name, prefix, &retired));
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(SlipRetired) && !retired; k++) {
+      if (strcasecmp(name, SlipRetired[k].name)) continue;
+      PetscCall(SlipWarning("-%s%s does nothing: %s", prefix, SlipRetired[k].name, SlipRetired[k].why));
+      PetscCall(PetscSNPrintf(dash, sizeof(dash), "-%s%s", prefix, name));
+      PetscCall(PetscOptionsHasName(options, NULL, dash, &known)); /* this marks it as read */
+      retired = PETSC_TRUE;
+    }
     if (retired) continue;
     PetscCall(PetscSNPrintf(dash, sizeof(dash), "-%s", prefix));
     (void)SlipSuggestOption(name, dash, hint);

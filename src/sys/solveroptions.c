@@ -335,26 +335,6 @@ PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks -ts_adapt_type by an object, because the list of types is private to PETSc. */
-static PetscErrorCode SlipCheckAdaptType(const SlipUnread *u)
-{
-  const char *text = SlipUnreadValue(u, "-ts_adapt_type");
-  PetscErrorCode ierr;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  if (!text) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSAdaptCreate(u->comm, &adapt));
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  ierr = TSAdaptSetType(adapt, text);
-  PetscCall(PetscPopErrorHandler());
-  PetscCall(TSAdaptDestroy(&adapt));
-  PetscCheck(!ierr, u->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "there is no type \"%s\" of TSAdapt (-%sts_adapt_type), expected rl, heuristic, pi, none, basic or dsp",
-             text, u->prefix ? u->prefix : "");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Raises errors that name the option for invalid numbers of a KSP. options: the database, NULL for the global one;
    prefix: of the KSP, NULL for none. Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, with the option and what
    was expected. */
@@ -396,7 +376,7 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
               {"-pc_type", "PC", &PCList}};
   SlipUnread u;
   PetscOptions options;
-  const char *low, *high;
+  const char *text, *low, *high;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
@@ -411,14 +391,27 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
   PetscCall(PCInitializePackage());
   PetscCall(PetscOptionsLeftGet(options, &u.n, &u.names, &u.values));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(type); i++) {
-    const char *text = SlipUnreadValue(&u, type[i].option);
     void (*create)(void) = NULL;
 
+    text = SlipUnreadValue(&u, type[i].option);
     if (text) PetscCall(PetscFunctionListFind(*type[i].list, text, &create));
     PetscCheck(!text || create, u.comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "there is no type \"%s\" of %s (-%s%s)", text,
                type[i].what, u.prefix ? u.prefix : "", type[i].option + 1);
   }
-  PetscCall(SlipCheckAdaptType(&u));
+  text = SlipUnreadValue(&u, "-ts_adapt_type");
+  if (text) { /* an object checks it, because the list of types is private to PETSc */
+    PetscErrorCode ierr;
+    TSAdapt adapt;
+
+    PetscCall(TSAdaptCreate(u.comm, &adapt));
+    PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+    ierr = TSAdaptSetType(adapt, text);
+    PetscCall(PetscPopErrorHandler());
+    PetscCall(TSAdaptDestroy(&adapt));
+    PetscCheck(!ierr, u.comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+               "there is no type \"%s\" of TSAdapt (-%sts_adapt_type), expected rl, heuristic, pi, none, basic or dsp",
+               text, u.prefix ? u.prefix : "");
+  }
   PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers), SlipSolverNumbers));
   PetscCall(SlipCheckLists(&u));
   PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));

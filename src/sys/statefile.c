@@ -2,6 +2,7 @@
    truncated files are detected before HDF5 reads them. A new file is written like every output (h5output.c), and the
    previous one is renamed to FILE.previous. */
 #define _POSIX_C_SOURCE 200809L
+#include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/rooms/slipsys.h>

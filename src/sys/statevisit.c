@@ -1,6 +1,7 @@
 /* Visits the state of a run, see slipstate.h: each object has a group, in which numbers are attributes, and arrays and
    vectors are datasets. Rank 0 transfers vectors in pieces. */
 #include <petsc/private/petscimpl.h> /* type_name */
+#include <slipstep/private/sliph5.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/rooms/slipsys.h>
@@ -31,7 +32,7 @@ PetscErrorCode SlipStateGroup(SlipState s, const char name[])
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(s->group, sizeof(s->group), "/%s", name));
-  if (!s->rank && !s->loading) ierr = SlipH5Group(&s->file, s->group);
+  if (!s->rank && !s->loading) ierr = SlipH5Group(&s->file, s->group, PETSC_FALSE);
   PetscCall(SlipErrorBcast(s->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,6 +11,13 @@
 
 static char file[256];
 
+static PetscErrorCode append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[])
+{
+  const SlipH5Rows series = {path, data, 1};
+
+  return SlipH5AppendAll(h, 1, &series, rows);
+}
+
 static void round_trip(void **state)
 {
   const PetscReal a[6] = {0.1, -2.5, 3e300, 4, 5e-300, 6};
@@ -96,15 +103,15 @@ static void series(void **state)
   PetscReal *x;
 
   ok(SlipH5Create(file, &h));
-  ok(SlipH5CreateSeries(&h, "/fields/a", 2, d, PETSC_FALSE, "m"));
-  ok(SlipH5CreateSeries(&h, "/steps/t", 0, NULL, PETSC_FALSE, "s"));
-  ok(SlipH5CreateSeries(&h, "/steps/k", 0, NULL, PETSC_TRUE, NULL));
-  ok(SlipH5Append(&h, "/fields/a", 1, a));
-  ok(SlipH5Append(&h, "/fields/a", 1, a + 4));
-  ok(SlipH5Append(&h, "/steps/t", 2, t));
-  ok(SlipH5Append(&h, "/steps/t", 1, t + 2));
-  ok(SlipH5Append(&h, "/steps/k", 2, k));
-  fails(SlipH5Append(&h, "/steps/none", 1, t), "no dataset /steps/none");
+  ok(SlipH5CreateSeries(&h, "/fields/a", 2, d, NULL, "m"));
+  ok(SlipH5CreateSeries(&h, "/steps/t", 0, NULL, NULL, "s"));
+  ok(SlipH5CreateSeries(&h, "/steps/k", 0, NULL, &(SlipH5Storage){.integer = PETSC_TRUE}, NULL));
+  ok(append(&h, "/fields/a", 1, a));
+  ok(append(&h, "/fields/a", 1, a + 4));
+  ok(append(&h, "/steps/t", 2, t));
+  ok(append(&h, "/steps/t", 1, t + 2));
+  ok(append(&h, "/steps/k", 2, k));
+  fails(append(&h, "/steps/none", 1, t), "no dataset /steps/none");
   ok(SlipH5Close(&h));
   ok(SlipH5OpenRead(file, &h));
   ok(SlipH5ReadReal(&h, "/fields/a", 3, dims, &x));
@@ -138,8 +145,8 @@ static void stored_series(void **state)
       ok(PetscMalloc1(rows * n, &a));
       for (PetscInt i = 0; i < rows * n; i++) a[i] = (PetscReal)(i % 8191) / 64;
       ok(SlipH5Create(file, &h));
-      ok(SlipH5CreateStoredSeries(&h, "/fields/a", 2, d, &want[k], "m"));
-      for (PetscInt row = 0; row < rows; row++) ok(SlipH5Append(&h, "/fields/a", 1, a + row * n));
+      ok(SlipH5CreateSeries(&h, "/fields/a", 2, d, &want[k], "m"));
+      for (PetscInt row = 0; row < rows; row++) ok(append(&h, "/fields/a", 1, a + row * n));
       ok(SlipH5Close(&h));
       ok(SlipH5OpenRead(file, &h));
       ok(SlipH5ReadReal(&h, "/fields/a", 3, dims, &x));
@@ -202,12 +209,12 @@ static void growing(void **state)
   SlipH5 h, reader;
 
   ok(SlipH5CreateKind(&kind, file, &h));
-  ok(SlipH5CreateSeries(&h, "/x", 1, &wide, PETSC_FALSE, "m"));
+  ok(SlipH5CreateSeries(&h, "/x", 1, &wide, NULL, "m"));
   PetscSNPrintf(part, sizeof(part), "%s.part", file);
   watched = part;
   ok(SlipH5Live(&h));
   for (PetscInt i = 0; i < 300; i++) {
-    ok(SlipH5Append(&h, "/x", 1, row));
+    ok(append(&h, "/x", 1, row));
     if (i % 50 == 0) ok(SlipH5Flush(&h));
   }
   assert_true(states > 100);
@@ -247,13 +254,13 @@ static void Full(void (*before_file)(int), void (*since)(int))
   limit = before;
   limit.rlim_cur = 1000000;
   ok(SlipH5CreateKind(&kind, file, &h));
-  ok(SlipH5CreateSeries(&h, "/x", 1, &wide, PETSC_FALSE, "m"));
+  ok(SlipH5CreateSeries(&h, "/x", 1, &wide, NULL, "m"));
   ok(SlipH5Live(&h));
   if (since) signal(SIGXFSZ, since);
   setrlimit(RLIMIT_FSIZE, &limit);
   while (!ierr && rows < 1000) {
     row[499] = (PetscReal)++rows;
-    ierr = SlipH5Append(&h, "/x", 1, row);
+    ierr = append(&h, "/x", 1, row);
   }
   setrlimit(RLIMIT_FSIZE, &before);
   assert_int_equal(PETSC_ERR_FILE_WRITE, ierr);

@@ -146,8 +146,7 @@ PetscErrorCode CheckpointReadArray(SlipH5 *h, const char path[], PetscInt n, siz
 PetscErrorCode CurveCreate(SlipH5 *h, PetscInt n, const CurveColumn column[])
 {
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < n; ++i)
-    PetscCall(SlipH5CreateSeries(h, column[i].path, 0, NULL, PETSC_FALSE, column[i].units));
+  for (PetscInt i = 0; i < n; ++i) PetscCall(SlipH5CreateSeries(h, column[i].path, 0, NULL, NULL, column[i].units));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

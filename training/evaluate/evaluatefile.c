@@ -16,20 +16,30 @@
 #define REFERENCE_ROWS 20000 /* kept of a reference at most */
 #define CELL_ROWS 2000       /* kept of a cell at most, for plots; its numbers come from all of them */
 
-/* A new group, in place of what an older run has left under its name. The lock ends with its process, also with one
-   that is killed; its file stays. */
-static PetscErrorCode Begin(const EvaluateOptions *o, const ProblemCase *c, const char path[], SlipH5 *h, int *lock)
+/* ---- lock ---- */
+
+/* A lock of this kind ends with its process, also with one that is killed; its file stays. */
+static PetscErrorCode Lock(const char file[], int *lock)
 {
-  const SlipH5Kind kind = {.option = "evaluate_output"};
   struct flock region = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-  char version[256], name[PETSC_MAX_PATH_LEN + 8];
+  char name[PETSC_MAX_PATH_LEN + 8];
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(name, sizeof(name), "%s.lock", o->output));
+  PetscCall(PetscSNPrintf(name, sizeof(name), "%s.lock", file));
   *lock = open(name, O_RDWR | O_CREAT, 0666);
   PetscCheck(*lock >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot create %s: %s (-evaluate_output)", name,
              strerror(errno));
   PetscCheck(fcntl(*lock, F_SETLKW, &region) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot lock %s", name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Begin(const EvaluateOptions *o, SlipH5 *h, int *lock)
+{
+  const SlipH5Kind kind = {.option = "evaluate_output"};
+  char version[256];
+
+  PetscFunctionBegin;
+  PetscCall(Lock(o->output, lock));
   if (access(o->output, F_OK)) {
     PetscCall(SlipH5CreateKind(&kind, o->output, h));
     PetscCall(SlipH5WriteAttrString(h, "/", "format", EVALUATE_FORMAT));
@@ -38,13 +48,26 @@ static PetscErrorCode Begin(const EvaluateOptions *o, const ProblemCase *c, cons
     PetscCall(SlipH5WriteAttrString(h, "/", "slipstep_version", SLIPSTEP_VERSION));
     PetscCall(PetscGetVersion(version, sizeof(version)));
     PetscCall(SlipH5WriteAttrString(h, "/", "petsc_version", version));
-  } else
-    PetscCall(SlipH5CreateCopy(&kind, o->output, o->output, h));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipH5CreateCopy(&kind, o->output, o->output, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode End(SlipH5 *h, int lock)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5Close(h));
+  close(lock);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What an older run has left under this name goes. */
+static PetscErrorCode Group(SlipH5 *h, const char path[])
+{
+  PetscFunctionBegin;
   PetscCall(SlipH5RemoveGroup(h, path));
-  PetscCall(SlipH5Group(h, path));
-  PetscCall(SlipH5WriteAttrString(h, path, "problem", c->problem->name));
-  PetscCall(SlipH5WriteAttrReal(h, path, "size_km", c->size));
-  PetscCall(SlipH5WriteAttrInt(h, path, "mesh", c->mesh));
+  PetscCall(SlipH5Group(h, path, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,6 +116,15 @@ static PetscErrorCode DescribeSeries(SlipH5 *h, const char group[], const Evalua
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode WriteCase(SlipH5 *h, const char path[], const ProblemCase *c)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttrString(h, path, "problem", c->problem->name));
+  PetscCall(SlipH5WriteAttrReal(h, path, "size_km", c->size));
+  PetscCall(SlipH5WriteAttrInt(h, path, "mesh", c->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- references ---- */
 
 PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const ProblemCase *c, EvaluateReference *ref)
@@ -103,7 +135,9 @@ PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const Proble
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(path, sizeof(path), "/references/%s", c->name));
-  PetscCall(Begin(o, c, path, &h, &lock));
+  PetscCall(Begin(o, &h, &lock));
+  PetscCall(Group(&h, path));
+  PetscCall(WriteCase(&h, path, c));
   PetscCall(SlipH5WriteAttrString(&h, path, "kind", ref->steps ? "constant steps" : "exact solution"));
   PetscCall(SlipH5WriteAttrInt(&h, path, "steps", ref->steps));
   PetscCall(SlipH5WriteAttrReal(&h, path, "self_final", ref->self_final));
@@ -113,8 +147,7 @@ PetscErrorCode EvaluateFileWriteReference(const EvaluateOptions *o, const Proble
   PetscCall(WriteTable(&h, path, "series", &ref->series, REFERENCE_ROWS + 1, PETSC_TRUE));
   PetscCall(DescribeSeries(&h, path, c->problem->evaluation));
   PetscCall(WriteTable(&h, path, "profile", &ref->profile, 4 * EVALUATE_PROFILES, PETSC_FALSE));
-  PetscCall(SlipH5Close(&h));
-  close(lock);
+  PetscCall(End(&h, lock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,15 +172,30 @@ PetscErrorCode EvaluateFileReadReference(const EvaluateOptions *o, const Problem
 
 /* ---- cells ---- */
 
-/* The attributes of a cell */
-static PetscErrorCode WriteNumbers(SlipH5 *h, const EvaluateCell *cell, const EvaluateResult *r)
+static PetscErrorCode WriteHow(SlipH5 *h, const EvaluateCell *cell)
 {
-  const EvaluatePolicy *p = cell->policy;
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "controller", cell->controller));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "error", TSBatheErrors[cell->error]));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "reaction", TSBatheReactionTypes[cell->reaction]));
+  PetscCall(SlipH5WriteAttrReal(h, cell->path, "tolerance", cell->tolerance));
+  PetscCall(SlipH5WriteAttrInt(h, cell->path, "steps", cell->steps));
+  if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5WriteAttrReal(h, cell->path, "accuracy", cell->accuracy));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy", cell->policy->name));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_file", cell->policy->file));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_hash", cell->policy->hash));
+  PetscCall(SlipH5WriteAttrString(h, cell->path, "policy_algorithm", cell->policy->algorithm));
+  PetscCall(SlipH5WriteAttrReal(h, cell->path, "policy_alpha", cell->policy->alpha));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteResult(SlipH5 *h, const char path[], const EvaluateResult *r)
+{
   const struct {
     const char *name;
     PetscInt value;
-  } counts[] = {{"steps", cell->steps},
-                {"converged", r->converged},
+  } counts[] = {{"converged", r->converged},
                 {"accepted", r->accepted},
                 {"rejected", r->attempts - r->accepted},
                 {"solves", r->solves},
@@ -163,70 +211,58 @@ static PetscErrorCode WriteNumbers(SlipH5 *h, const EvaluateCell *cell, const Ev
   const struct {
     const char *name;
     PetscReal value;
-  } numbers[] = {{"tolerance", cell->tolerance},
-                 {"final", r->final},
-                 {"final_error", r->final_error},
-                 {"max_error", r->max_error},
-                 {"l2_error", r->l2_error},
-                 {"rate_error", r->rate_error},
-                 {"wall", r->wall},
-                 {"wall_min", r->wall_min},
-                 {"wall_max", r->wall_max},
-                 {"wall_setup", r->wall_setup},
-                 {"cpu", r->cpu},
-                 {"cost", r->products.cost},
-                 {"accuracy", cell->accuracy},
-                 {"policy_alpha", p ? p->alpha : 0}};
-  const struct {
-    const char *name, *value;
-  } texts[] = {{"controller", cell->controller},
-               {"error", TSBatheErrors[cell->error]},
-               {"reaction", TSBatheReactionTypes[cell->reaction]},
-               {"reason", r->reason},
-               {"policy", p ? p->name : ""},
-               {"policy_file", p ? p->file : ""},
-               {"policy_hash", p ? p->hash : ""},
-               {"policy_algorithm", p ? p->algorithm : ""}};
-  enum { OF_POLICY_NUMBERS = 2, OF_POLICY_TEXTS = 4 }; /* the last ones are of policies alone */
+  } numbers[] = {{"final", r->final},       {"final_error", r->final_error}, {"max_error", r->max_error},
+                 {"l2_error", r->l2_error}, {"rate_error", r->rate_error},   {"wall", r->wall},
+                 {"wall_min", r->wall_min}, {"wall_max", r->wall_max},       {"wall_setup", r->wall_setup},
+                 {"cpu", r->cpu},           {"cost", r->products.cost}};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(counts); i++)
-    PetscCall(SlipH5WriteAttrInt(h, cell->path, counts[i].name, counts[i].value));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(numbers) - (p ? 0 : OF_POLICY_NUMBERS); i++)
-    PetscCall(SlipH5WriteAttrReal(h, cell->path, numbers[i].name, numbers[i].value));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(texts) - (p ? 0 : OF_POLICY_TEXTS); i++)
-    PetscCall(SlipH5WriteAttrString(h, cell->path, texts[i].name, texts[i].value));
+    PetscCall(SlipH5WriteAttrInt(h, path, counts[i].name, counts[i].value));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(numbers); i++)
+    PetscCall(SlipH5WriteAttrReal(h, path, numbers[i].name, numbers[i].value));
+  PetscCall(SlipH5WriteAttrString(h, path, "reason", r->reason));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* When a cell was made, in an order that sorts: of cells of one policy's name but of different files, readers take the
+   newest file's. */
+static PetscErrorCode WriteDate(SlipH5 *h, const char path[])
+{
+  struct timespec now = {0, 0};
+  const struct tm *utc;
+  char day[32] = "", text[48];
+
+  PetscFunctionBegin;
+  (void)timespec_get(&now, TIME_UTC);
+  utc = gmtime(&now.tv_sec);
+  if (utc) strftime(day, sizeof(day), "%Y-%m-%dT%H:%M:%S", utc);
+  snprintf(text, sizeof(text), "%s.%06ldZ", day, now.tv_nsec / 1000);
+  PetscCall(SlipH5WriteAttrString(h, path, "created", text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EvaluateFileWriteCell(const EvaluateOptions *o, const ProblemCase *c, const EvaluateCell *cell,
                                      EvaluateResult *r)
 {
-  struct timespec now = {0, 0};
-  const struct tm *utc;
-  char day[32] = "", text[48];
   PetscMPIInt size;
   SlipH5 h;
   int lock;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  PetscCall(Begin(o, c, cell->path, &h, &lock));
-  PetscCall(WriteNumbers(&h, cell, r));
-  /* when it was made, in an order that sorts: of cells of one policy's name but of different files, readers take the
-     newest file's */
-  (void)timespec_get(&now, TIME_UTC);
-  utc = gmtime(&now.tv_sec);
-  if (utc) strftime(day, sizeof(day), "%Y-%m-%dT%H:%M:%S", utc);
-  snprintf(text, sizeof(text), "%s.%06ldZ", day, now.tv_nsec / 1000);
-  PetscCall(SlipH5WriteAttrString(&h, cell->path, "created", text));
+  PetscCall(Begin(o, &h, &lock));
+  PetscCall(Group(&h, cell->path));
+  PetscCall(WriteCase(&h, cell->path, c));
+  PetscCall(WriteHow(&h, cell));
+  PetscCall(WriteResult(&h, cell->path, r));
+  PetscCall(WriteDate(&h, cell->path));
   PetscCall(SlipH5WriteAttrInt(&h, cell->path, "ranks", c->mesh > o->spread ? size : 1));
   PetscCall(WriteTable(&h, cell->path, "series", &r->series, CELL_ROWS, PETSC_FALSE));
   if (r->series.n) PetscCall(DescribeSeries(&h, cell->path, c->problem->evaluation));
   PetscCall(WriteTable(&h, cell->path, "attempts", &r->steps, CELL_ROWS, PETSC_FALSE));
   if (r->converged) PetscCall(WriteTable(&h, cell->path, "profile", &r->profile, EVALUATE_PROFILES, PETSC_FALSE));
-  PetscCall(SlipH5Close(&h));
-  close(lock);
+  PetscCall(End(&h, lock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -242,7 +278,7 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
 
   PetscFunctionBegin;
   if (access(o->output, F_OK)) {
-    PetscCallFile("-evaluate_output", SlipH5CheckCreate(o->output));
+    PetscCallFile("-evaluate_output", SlipH5CheckCreateKind(&(SlipH5Kind){0}, o->output));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallFile("-evaluate_output", SlipH5OpenRead(o->output, &h));
@@ -267,6 +303,23 @@ PetscErrorCode EvaluateFileCheck(const EvaluateOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode CellKnown(SlipH5 *h, const EvaluateCell *cell, EvaluateState *s)
+{
+  char hash[72];
+  PetscInt converged = 1;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5HasAttribute(h, cell->path, "converged", &s->known));
+  if (!s->known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadAttrInt(h, cell->path, "converged", &converged));
+  s->failed = converged ? PETSC_FALSE : PETSC_TRUE;
+  if (!cell->policy) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipH5ReadAttrString(h, cell->path, "policy_hash", hash, sizeof(hash)));
+  PetscCall(PetscStrcmp(hash, cell->policy->hash, &s->known)); /* or another policy of this name has been here */
+  if (!s->known) *s = (EvaluateState){.outdated = PETSC_TRUE};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix *m, PetscBool reference[],
                                  EvaluateState cell[])
 {
@@ -282,20 +335,7 @@ PetscErrorCode EvaluateFileKnown(const EvaluateOptions *o, const EvaluateMatrix 
     PetscCall(PetscSNPrintf(path, sizeof(path), "/references/%s/series", m->cases[i].name));
     PetscCall(SlipH5Has(&h, path, &reference[i]));
   }
-  for (PetscInt i = 0; i < m->ncells; i++) {
-    const EvaluateCell *c = &m->cells[i];
-    PetscInt converged = 1;
-    char hash[72];
-
-    PetscCall(SlipH5HasAttribute(&h, c->path, "converged", &cell[i].known));
-    if (!cell[i].known) continue;
-    PetscCall(SlipH5ReadAttrInt(&h, c->path, "converged", &converged));
-    cell[i].failed = converged ? PETSC_FALSE : PETSC_TRUE;
-    if (!c->policy) continue;
-    PetscCall(SlipH5ReadAttrString(&h, c->path, "policy_hash", hash, sizeof(hash)));
-    PetscCall(PetscStrcmp(hash, c->policy->hash, &cell[i].known)); /* or another policy of this name has been here */
-    if (!cell[i].known) cell[i] = (EvaluateState){.outdated = PETSC_TRUE};
-  }
+  for (PetscInt i = 0; i < m->ncells; i++) PetscCall(CellKnown(&h, &m->cells[i], &cell[i]));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

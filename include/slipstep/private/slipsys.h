@@ -1,10 +1,9 @@
-/* Internal: registration, data attached to PETSc objects, events of -log_view, options, and HDF5 files */
+/* Internal: registration, data attached to PETSc objects, events of -log_view, and options */
 #pragma once
 #include <petscmat.h>
 #include <slipcompat.h>
 #include <slipstep/rooms/sliph5.h>
 #include <slipstep/rooms/slipsys.h>
-#include <sys/stat.h>
 
 /* ---- package.c ---- */
 /* Calls a function that registers classes, types and events, once between PetscInitialize() and PetscFinalize(). */
@@ -102,20 +101,6 @@ PETSC_INTERN void SlipProductsRun(void);
 PETSC_INTERN void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products);
 PETSC_INTERN SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *before);
 
-/* ---- h5heap.c ---- */
-PETSC_INTERN PetscErrorCode SlipH5StringsAreWhole(hid_t id, PetscInt n, PetscInt64 most, PetscBool *whole);
-
-/* ---- h5file.c ---- */
-PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h);
-PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[]);
-
-/* ---- h5claim.c ---- */
-/* Resolves symbolic links of a name, also to a file that does not exist yet. */
-PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN]);
-PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason);
-PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
-/* Gets the rows of the longest series of an open file, without the first ones, see SlipH5Kind. */
-PETSC_INTERN hsize_t SlipH5MostRows(hid_t id, int first);
 /* ---- usedfiles.c ---- */
 #define SLIP_FILE_ENDINGS 8
 typedef struct {
@@ -127,44 +112,6 @@ typedef struct {
   PetscInt family;                   /* files of one family may be the same file; 0: none */
 } SlipNamedFile;
 PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[]);
-/* ---- h5names.c ---- */
-/* Gets the names of the root's attributes, to be freed one by one; more than `most` are an error. */
-PETSC_INTERN PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[]);
-PETSC_INTERN PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], PetscBool *text);
-/* HDF5's type of a PetscInt in memory */
-static inline hid_t SlipH5PetscInt(void)
-{
-  return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
-}
-/* ---- h5write.c, h5read.c: entries start to start + n of a dataset of N numbers, which the first write creates ---- */
-PETSC_INTERN PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
-                                             const PetscReal data[]);
-PETSC_INTERN PetscErrorCode SlipH5ReadPiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
-                                            PetscReal data[]);
-/* ---- h5whole.c ---- */
-PETSC_INTERN PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN]);
-
-/* ---- h5output.c: the two halves of SlipH5Close() for a file that was written, with other work in between ---- */
-PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
-PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
-
 /* ---- error.c ---- */
 PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* called before the error handler of a program ends it */
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */
-
-/* ---- h5fail.c ---- */
-/* Raises the error of a write and closes the file. reason: errno of a call of ours, while HDF5 is intact; 0: HDF5 has
-   failed, or its driver */
-PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char format[], ...)
-  PETSC_ATTRIBUTE_FORMAT(3, 4);
-
-PETSC_INTERN SlipH5 *SlipH5Written(int i);                     /* the i-th file that this process writes, or NULL */
-PETSC_INTERN SlipH5 *SlipH5WrittenAs(const struct stat *info); /* the one with this inode, or NULL */
-PETSC_INTERN PetscErrorCode SlipH5Enlist(SlipH5 *h);           /* until it is released */
-PETSC_INTERN void SlipH5IgnoreLimitSignal(void);               /* until no file is enlisted */
-PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* closes the descriptor, removes the file unless keep */
-PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                     /* 0, or errno */
-
-/* ---- h5driver.c ---- */
-PETSC_INTERN void SlipH5SetDriver(hid_t access);
-PETSC_INTERN int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes); /* 0, or errno */

@@ -44,18 +44,17 @@ PETSC_EXTERN PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char 
 PETSC_EXTERN PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const char file[], SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h); /* writing: a live file remains as file.part */
 PETSC_EXTERN void SlipH5AbandonAll(void);             /* all that this process writes, before an error ends it */
-PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* raises errors of SlipH5Create(), leaves no file */
-PETSC_EXTERN PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[]);
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[]); /* leaves no file */
 /* Renames a growing file to file.part once its layout is complete. From then on only rows, values of attributes, and
-   attributes of groups made by SlipH5GroupOfNumbers() change. */
+   attributes of groups of numbers change. */
 PETSC_EXTERN PetscErrorCode SlipH5Live(SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipH5Flush(SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipH5FlushIsDue(SlipH5 *h, PetscBool *due);
-PETSC_EXTERN PetscErrorCode SlipH5Sync(SlipH5 *h);                     /* flushes, and waits for the disk */
-PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* creates it with its parents; it may exist */
-PETSC_EXTERN PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[]);
-PETSC_EXTERN PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[]); /* it need not exist */
-PETSC_EXTERN PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], PetscInt *n);
+PETSC_EXTERN PetscErrorCode SlipH5Sync(SlipH5 *h); /* flushes, and waits for the disk */
+/* Creates a group with its parents; it may exist. numbers: attributes may be added to it after SlipH5Live() */
+PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[], PetscBool numbers);
+PETSC_EXTERN PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[]);               /* it need not exist */
+PETSC_EXTERN PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], PetscInt *n); /* without axes */
 /* Reading allocates *data (free it by PetscFree()). ndim must equal the rank of the dataset (<= 4); dims is returned.
    Any HDF5 number type is converted. */
 PETSC_EXTERN PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim);
@@ -82,20 +81,23 @@ PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], con
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr[], PetscInt n,
                                                 const PetscInt values[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[]);
-/* Creates a dataset whose first dimension grows. integer stores int64, else double; a row has prod(dims) entries of
-   PetscReal. ndim counts the fixed dimensions (0: a row is a scalar). */
+/* Creates a dataset whose first dimension grows; storage NULL: doubles. A row has prod(dims) entries of PetscReal. ndim
+   counts the fixed dimensions (0: a row is a scalar). */
 PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
-                                               PetscBool integer, const char units[]);
-PETSC_EXTERN PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
-                                                     const SlipH5Storage *storage, const char units[]);
+                                               const SlipH5Storage *storage, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage);
 PETSC_EXTERN PetscErrorCode SlipH5CreateView(SlipH5 *h, const char path[], const char series[], PetscInt entry,
                                              const char units[]);
-PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
 PETSC_EXTERN PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5Axes *axes);
-PETSC_EXTERN PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n);
 PETSC_EXTERN PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n);
 PETSC_EXTERN PetscErrorCode SlipH5Link(SlipH5 *h, const char path[], const char name[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows);
 PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than exist */
+/* Initialises a SlipH5 without a file, with the option that messages will name, and silences HDF5's own messages. */
+PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h);
+/* Resolves symbolic links of a name, also to a file that does not exist yet. */
+PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN]);
+/* Gets the names of the root's attributes, to be freed one by one; more than `most` are an error. */
+PETSC_INTERN PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[]);
+PETSC_INTERN PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], PetscBool *text);

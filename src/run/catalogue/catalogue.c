@@ -19,29 +19,20 @@
 
 /* ---- an event ---- */
 
-/* Finds whether waves of images of earlier events, which may overlap in time, may still be present at the onset. */
-static PetscErrorCode OfImages(SlipFaultCatalogue cat, PetscReal onset, PetscBool *images)
-{
-  const PetscReal time = cat->fault->loads.origin + onset;
-  PetscReal first, last;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetImages(cat->fault->medium, &first, &last));
-  if (!cat->fault->run->events || time > cat->last_end + last) cat->slip_since = time;
-  *images = time > cat->slip_since + first ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Begins an event; w: state at the onset, in which the fastest cell is the first one */
 static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
 {
   SlipFault fault = cat->fault;
   SlipFaultEvent *e = &cat->event;
-  PetscReal max;
+  PetscReal max, first, last;
+  const PetscReal time = fault->loads.origin + onset;
 
   PetscFunctionBegin;
   *e = (SlipFaultEvent){.onset = onset};
-  PetscCall(OfImages(cat, onset, &e->images));
+  /* waves of images of earlier events, which may overlap in time, may still be present */
+  PetscCall(SlipElasticGetImages(fault->medium, &first, &last));
+  if (!fault->run->events || time > cat->last_end + last) cat->slip_since = time;
+  e->images = time > cat->slip_since + first ? PETSC_TRUE : PETSC_FALSE;
   cat->active = cat->unbroken = PETSC_TRUE;
   cat->power_known = PETSC_FALSE;
   PetscCall(SlipFaultGetDisplacement(fault, w, cat->u0));
@@ -52,20 +43,6 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
   for (PetscInt k = 0; k < fault->mesh.faults && cat->hypocentre; k++) cat->hypocentre[k] = -1;
   PetscCall(SlipFaultLargestSpeed(fault, w, &max));
   PetscCall(SlipCatalogueFastest(fault, w, 1, NULL, &max, &e->cell));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Begins an event in its first step, in which the rate exceeds the bound. */
-static PetscErrorCode Onset(SlipFaultCatalogue cat, SlipEventStep *step)
-{
-  SlipFaultEvent *e = &cat->event;
-
-  PetscFunctionBegin;
-  PetscCall(SlipCatalogueCross(cat, step, PETSC_TRUE));
-  PetscCall(BeginEvent(cat, step->begin + step->cut * step->dt, cat->cut));
-  e->time[1] = step->begin;
-  PetscCall(SlipFaultLargestSpeed(cat->fault, step->node[0], &e->rate[1]));
-  if (e->rate[1] == 0) PetscCall(SlipCatalogueFirstToSlip(cat, step->begin, step->node[0], &e->cell));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -91,13 +68,20 @@ static PetscReal Residual(PetscReal left, PetscReal elastic, PetscReal dissipate
   return size > 0 ? PetscAbsReal(left * elastic) / size : 0;
 }
 
-static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
+/* Closes an event that is over, and prints it. */
+static PetscErrorCode Close(SlipFaultCatalogue cat)
 {
+  SlipFault fault = cat->fault;
+  const PetscReal *row = cat->row;
   const PetscReal residual =
     Residual(row[EVENT_ENERGY_RESIDUAL], row[EVENT_ELASTIC_ENERGY], row[EVENT_DISSIPATED_ENERGY]);
   char when[32], lasted[32], where[32] = "", across[32] = "", off[48] = "", line[256];
 
   PetscFunctionBegin;
+  PetscCall(SlipCatalogueAdd(cat));
+  cat->active = cat->ended = cat->power_known = cat->push_known = PETSC_FALSE;
+  cat->last_end = fault->loads.origin + row[EVENT_END];
+  fault->run->events++;
   SlipTimeText(fault->loads.origin + row[EVENT_ONSET], 7, when, sizeof(when));
   SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
   if (fault->mesh.faults > 1) (void)snprintf(where, sizeof(where), "fault %lld  ", (long long)row[EVENT_FAULT]);
@@ -110,18 +94,6 @@ static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
                  across, (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6,
                  lasted, off, row[EVENT_IMAGES] != 0 ? "  images?" : "");
   PetscCall(PetscPrintf(fault->comm, "%s", line));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Closes an event that is over. */
-static PetscErrorCode Close(SlipFaultCatalogue cat)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipCatalogueAdd(cat));
-  cat->active = cat->ended = cat->power_known = cat->push_known = PETSC_FALSE;
-  cat->last_end = cat->fault->loads.origin + cat->row[EVENT_END];
-  cat->fault->run->events++;
-  PetscCall(PrintEvent(cat->fault, cat->row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,7 +111,15 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
   PetscCall(SlipFaultStepRate(fault, time, w, &max));
   if (!cat->active && max <= rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipCatalogueGetStep(cat, ts, time, w, &step));
-  if (!cat->active) PetscCall(Onset(cat, &step));
+  if (!cat->active) { /* the event begins in this step, in which the rate exceeds the bound */
+    SlipFaultEvent *e = &cat->event;
+
+    PetscCall(SlipCatalogueCross(cat, &step, PETSC_TRUE));
+    PetscCall(BeginEvent(cat, step.begin + step.cut * step.dt, cat->cut));
+    e->time[1] = step.begin;
+    PetscCall(SlipFaultLargestSpeed(fault, step.node[0], &e->rate[1]));
+    if (e->rate[1] == 0) PetscCall(SlipCatalogueFirstToSlip(cat, step.begin, step.node[0], &e->cell));
+  }
   ends = max <= rate && !cat->ended ? PETSC_TRUE : PETSC_FALSE;
   if (ends) PetscCall(SlipCatalogueCross(cat, &step, PETSC_FALSE));
   PetscCall(SlipCatalogueIntegrate(cat, &step, cat->fast, cat->slow));
@@ -264,28 +244,6 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds a row for an event that is unfinished at the end of the run; a restart removes this row. */
-static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
-{
-  char when[32], text[160];
-  PetscReal t;
-  Vec w;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetTime(ts, &t));
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipCatalogueFillRow(cat, t, w));
-  cat->row[EVENT_GOES_ON] = 1;
-  PetscCall(SlipCatalogueAdd(cat));
-  SlipTimeText(cat->origin + cat->event.onset, 7, when, sizeof(when));
-  PetscCall(PetscSNPrintf(text, sizeof(text),
-                          "M %.2f so far, since t %s: the last row, of this much; a later -ts_max_time continues it",
-                          (double)cat->row[EVENT_MAGNITUDE], when));
-  PetscCall(SlipOutputAddResult(run, "event", "event that goes on", text, (PetscReal)NAN));
-  PetscCall(SlipOutputAddResult(run, "magnitude_so_far", NULL, NULL, cat->row[EVENT_MAGNITUDE]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
 {
   PetscReal *left, *elastic, *dissipated, shortest, most = 0;
@@ -351,7 +309,23 @@ static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, vo
   PetscCall(SlipCatalogueBegin(cat));
   if (cat->active && cat->ended) PetscCall(Close(cat));
   PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run->events));
-  if (cat->active) PetscCall(GoesOn(cat, ts, run));
+  if (cat->active) { /* the row of an unfinished event, which a restart removes */
+    char when[32], text[160];
+    PetscReal t;
+    Vec w;
+
+    PetscCall(TSGetTime(ts, &t));
+    PetscCall(TSGetSolution(ts, &w));
+    PetscCall(SlipCatalogueFillRow(cat, t, w));
+    cat->row[EVENT_GOES_ON] = 1;
+    PetscCall(SlipCatalogueAdd(cat));
+    SlipTimeText(cat->origin + cat->event.onset, 7, when, sizeof(when));
+    PetscCall(PetscSNPrintf(text, sizeof(text),
+                            "M %.2f so far, since t %s: the last row, of this much; a later -ts_max_time continues it",
+                            (double)cat->row[EVENT_MAGNITUDE], when));
+    PetscCall(SlipOutputAddResult(run, "event", "event that goes on", text, (PetscReal)NAN));
+    PetscCall(SlipOutputAddResult(run, "magnitude_so_far", NULL, NULL, cat->row[EVENT_MAGNITUDE]));
+  }
   if (!cat->rank && fault->options.reports) ierr = WarnOfResiduals(cat);
   if (!cat->rank && fault->options.reports && !ierr) ierr = WarnOfImages(cat);
   PetscCall(SlipErrorBcast(fault->comm, ierr));

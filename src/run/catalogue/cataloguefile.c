@@ -98,9 +98,8 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(WriteAttributes(cat));
   PetscCall(CreateTable(cat, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
-    PetscCall(!m && fault->layout.components > 1
-                ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, PETSC_FALSE, MapUnits[m])
-                : SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
+    PetscCall(!m && fault->layout.components > 1 ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, NULL, MapUnits[m])
+                                                 : SlipH5CreateSeries(h, Maps[m], ndim, dims, NULL, MapUnits[m]));
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   if (cat->maps) {
     const PetscReal *rake;
@@ -116,10 +115,11 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that the file is the catalogue of the checkpoint. */
-static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
+/* Continues the file of an earlier run, if it is that of the checkpoint, cut to its events. */
+static PetscErrorCode Continue(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
+  SlipH5 *h = &cat->file;
   const char *prefix = SlipFaultPrefix(fault);
   const PetscInt rows = fault->run->events;
   PetscReal *end = NULL;
@@ -127,8 +127,9 @@ static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
   PetscInt n = 0;
 
   PetscFunctionBegin;
-  PetscCall(SlipH5Has(&cat->file, "/end", &has));
-  if (has) PetscCall(SlipH5ReadReal(&cat->file, "/end", 1, &n, &end));
+  PetscCall(SlipH5CreateCopy(&cat->kind, NULL, fault->options.text[FAULT_CATALOGUE], h));
+  PetscCall(SlipH5Has(h, "/end", &has));
+  if (has) PetscCall(SlipH5ReadReal(h, "/end", 1, &n, &end));
   if (has && n >= rows && (!rows || end[rows - 1] == cat->last_end)) same = PETSC_TRUE;
   PetscCall(PetscFree(end));
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
@@ -136,23 +137,12 @@ static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
              "%" PetscInt_FMT " that ended at %.9g s; give the name of that one, or of a file that is not there",
              fault->options.text[FAULT_CATALOGUE], prefix, prefix, fault->options.text[FAULT_RESTART], rows,
              (double)cat->last_end);
-  PetscCall(SlipH5Has(&cat->file, "/maps", &has));
+  PetscCall(SlipH5Has(h, "/maps", &has));
   PetscCheck(has == cat->maps, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s (-%sfault_catalogue) has %s maps, which goes on: expected -%sfault_catalogue_maps %s",
              fault->options.text[FAULT_CATALOGUE], prefix, has ? "" : "no", prefix, has ? "yes" : "no");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Continues the file of an earlier run, cut to the events of the checkpoint. */
-static PetscErrorCode Continue(SlipFaultCatalogue cat)
-{
-  SlipH5 *h = &cat->file;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->options.text[FAULT_CATALOGUE], h));
-  PetscCall(CheckLast(cat));
-  PetscCall(CreateTable(cat, cat->fault->run->events));
-  for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->run->events));
+  PetscCall(CreateTable(cat, rows));
+  for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], rows));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -167,23 +157,6 @@ static PetscErrorCode FlushBeforeExit(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers on rank 0 the direction of the maps' slip, in place of a map. Collective. */
-static PetscErrorCode GatherRake(SlipFaultCatalogue cat)
-{
-  PetscReal *a;
-  Vec rake;
-
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(cat->rupture, &rake));
-  PetscCall(VecGetArray(rake, &a));
-  PetscCall(PetscArraycpy(a, cat->fault->fields.cell[FIELD_RAKE], cat->fault->mesh.n));
-  PetscCall(VecRestoreArray(rake, &a));
-  PetscCall(VecScatterBegin(cat->gather_cells, rake, cat->map[1], INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(cat->gather_cells, rake, cat->map[1], INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecDestroy(&rake));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates the file, unless it exists. Collective. */
 PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
 {
@@ -191,7 +164,18 @@ PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
 
   PetscFunctionBegin;
   if (cat->begun) PetscFunctionReturn(PETSC_SUCCESS);
-  if (cat->maps) PetscCall(GatherRake(cat));
+  if (cat->maps) { /* rank 0 gets the direction of the maps' slip, in place of a map */
+    PetscReal *a;
+    Vec rake;
+
+    PetscCall(VecDuplicate(cat->rupture, &rake));
+    PetscCall(VecGetArray(rake, &a));
+    PetscCall(PetscArraycpy(a, cat->fault->fields.cell[FIELD_RAKE], cat->fault->mesh.n));
+    PetscCall(VecRestoreArray(rake, &a));
+    PetscCall(VecScatterBegin(cat->gather_cells, rake, cat->map[1], INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(cat->gather_cells, rake, cat->map[1], INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecDestroy(&rake));
+  }
   if (!cat->rank) ierr = cat->resumed ? Continue(cat) : Create(cat);
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   cat->begun = PETSC_TRUE;

@@ -406,17 +406,6 @@ static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inserts a new node of the step before its last one. */
-static void AddNode(SlipEventStep *step, PetscReal share, Vec node)
-{
-  const PetscInt last = step->nodes++;
-
-  step->share[last] = step->share[last - 1];
-  step->node[last] = step->node[last - 1];
-  step->share[last - 1] = share;
-  step->node[last - 1] = node;
-}
-
 static PetscErrorCode IntegrateWithin(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal fast[], PetscReal slow[])
 {
   const PetscReal cut[] = {0, step->cut, 1};
@@ -431,10 +420,15 @@ static PetscErrorCode IntegrateWithin(SlipFaultCatalogue cat, SlipEventStep *ste
     PetscCall(Romberg(cat, step, cut + 1, power + 1, cat->middle, slow));
   } else {
     const PetscReal begin = step->side ? step->cut : 0, both[] = {begin, 1};
+    const PetscInt last = step->nodes;
     const PetscReal *const ends[] = {step->side ? cat->cut_power : cat->power, cat->next};
 
     PetscCall(Romberg(cat, step, both, ends, cat->middle, fast));
-    AddNode(step, 0.5 * (begin + 1), cat->middle);
+    step->share[last] = step->share[last - 1];
+    step->node[last] = step->node[last - 1];
+    step->share[last - 1] = 0.5 * (begin + 1); /* a new node before the last one */
+    step->node[last - 1] = cat->middle;
+    step->nodes++;
     if (!step->side) PetscFunctionReturn(PETSC_SUCCESS);
     step->share[0] = begin;
     step->node[0] = cat->cut;

@@ -271,16 +271,6 @@ static PetscErrorCode CompareOptions(Differences *d, TS ts)
 
 /* ---- results of files and set-up ---- */
 
-static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
-{
-  char digest[64];
-
-  PetscFunctionBegin;
-  PetscCall(fault->mesh.kind->digest(&fault->mesh, digest, sizeof(digest)));
-  PetscCall(CompareText(d, "mesh", digest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Compares the entries of -fault_stiffness_file as they were read, whatever the file's name, as scaling rounds them.
    Mesh, kernel and elastic moduli determine a computed stiffness. */
 static PetscErrorCode CompareStiffness(Differences *d, SlipFault fault)
@@ -353,6 +343,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscBool cells;
   PetscMPIInt rank;
   Mat K, H;
+  char digest[64];
 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, &H));
@@ -361,7 +352,8 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCall(CompareStrings(&d, fault));
   PetscCall(CompareSwitches(&d, fault));
   PetscCall(CompareText(&d, "ts_type", ((PetscObject)ts)->type_name));
-  PetscCall(CompareMesh(&d, fault));
+  PetscCall(fault->mesh.kind->digest(&fault->mesh, digest, sizeof(digest)));
+  PetscCall(CompareText(&d, "mesh", digest));
   PetscCall(CompareStiffness(&d, fault));
   PetscCall(CompareType(&d, "operator", K));
   PetscCall(CompareType(&d, "viscosity", H));

@@ -163,23 +163,10 @@ static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
 
 static PetscErrorCode SlipCheckpointFailed(TS ts); /* below */
 
-/* Refuses a stop file that exists already, as it would end every run after its first step. */
-static PetscErrorCode SlipCheckpointCheckStop(const SlipCheckpoint *c)
-{
-  PetscInt there;
-
-  PetscFunctionBegin;
-  there = !c->rank && c->stop_file[0] && !access(c->stop_file, F_OK);
-  PetscCallMPI(MPI_Bcast(&there, 1, MPIU_INT, 0, c->comm));
-  PetscCheck(!there, c->comm, PETSC_ERR_FILE_OPEN,
-             "%s is there already (%s), which ends a run after its step: remove it first", c->stop_file,
-             c->stop_option);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
 {
   SlipCheckpoint *c;
+  PetscInt there;
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
@@ -198,7 +185,11 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   PetscCall(PetscStrncpy(c->file, plan->file, sizeof(c->file)));
   PetscCall(PetscStrncpy(c->stop_file, plan->stop_file ? plan->stop_file : "", sizeof(c->stop_file)));
   PetscCall(PetscStrncpy(c->stop_option, plan->stop_option ? plan->stop_option : "", sizeof(c->stop_option)));
-  PetscCall(SlipCheckpointCheckStop(c));
+  there = !c->rank && c->stop_file[0] && !access(c->stop_file, F_OK);
+  PetscCallMPI(MPI_Bcast(&there, 1, MPIU_INT, 0, c->comm));
+  PetscCheck(!there, c->comm, PETSC_ERR_FILE_OPEN,
+             "%s is there already (%s), which ends a run after its step: remove it first", c->stop_file,
+             c->stop_option);
   PetscCall(PetscStrncpy(c->restart, plan->restart, sizeof(c->restart)));
   PetscCall(PetscStrncpy(c->option, plan->option ? plan->option : "checkpoint", sizeof(c->option)));
   c->interval = plan->interval;
@@ -348,16 +339,6 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds whether PetscOptions has a final time for the TS. */
-static PetscErrorCode SlipCheckpointGivesEnd(TS ts, const char **prefix, PetscBool *given)
-{
-  PetscFunctionBegin;
-  PetscCall(TSGetOptionsPrefix(ts, prefix));
-  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, *prefix, "-ts_max_time", given));
-  if (!*prefix) *prefix = "";
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipCheckpointStepsLeft(SlipState state, TS ts, const char source[], PetscBool *left)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
@@ -372,7 +353,9 @@ PetscErrorCode SlipCheckpointStepsLeft(SlipState state, TS ts, const char source
   PetscCall(SlipCheckpointAtEnd(ts, reached, &over));
   *left = !over && ts->ptime < ts->max_time && ts->steps < ts->max_steps ? PETSC_TRUE : PETSC_FALSE;
   if (*left) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipCheckpointGivesEnd(ts, &prefix, &given));
+  PetscCall(TSGetOptionsPrefix(ts, &prefix));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_max_time", &given));
+  if (!prefix) prefix = "";
   PetscCall(SlipClockRead(ts, &time, &last));
   (void)snprintf(at, sizeof(at), "%.9g", (double)time);
   (void)snprintf(end, sizeof(end), "%.9g", (double)last);

@@ -131,18 +131,6 @@ static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the states of the fault's law, separated by commas. */
-static PetscErrorCode StateNames(SlipFault fault, char names[], size_t len)
-{
-  PetscFunctionBegin;
-  names[0] = '\0';
-  for (PetscInt k = 0; k < fault->layout.states; k++) {
-    if (k) PetscCall(PetscStrlcat(names, ", ", len));
-    PetscCall(PetscStrlcat(names, SlipFrictionStateName(fault->friction.law, k), len));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds the fields that -fault_output_fields names, and creates the output of the run. Collective. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
@@ -159,7 +147,13 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
       PetscCall(PetscStrcmp(names[i], SlipFaultOutputField(fault, f), &same));
       if (same) out->wanted[f] = PETSC_TRUE;
     }
-    if (!same) PetscCall(StateNames(fault, states, sizeof(states)));
+    if (!same) {
+      states[0] = '\0';
+      for (PetscInt k = 0; k < fault->layout.states; k++) {
+        if (k) PetscCall(PetscStrlcat(states, ", ", sizeof(states)));
+        PetscCall(PetscStrlcat(states, SlipFrictionStateName(fault->friction.law, k), sizeof(states)));
+      }
+    }
     PetscCheck(
       same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
       "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, %s, pore_pressure, "
@@ -243,24 +237,6 @@ static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers the start and the loading rate, to which the slip of a fault that heals is relative. Collective. */
-static PetscErrorCode GatherStart(SlipFaultOutput out)
-{
-  SlipFault fault = out->fault;
-
-  PetscFunctionBegin;
-  if (!(fault->kind.heals || fault->friction.law->nstates || fault->layout.components > 1) || out->start0)
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(out->r0, &out->start0));
-  PetscCall(VecDuplicate(out->r0, &out->vinf0));
-  PetscCall(VecScatterBegin(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScale(out->start0, fault->critical.start_share));
-  PetscCall(VecScatterBegin(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* On rank 0: writes an entry of every wanted field from the gathered state and reaction, which is weighted by area. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
@@ -341,7 +317,7 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   SlipH5 *h = SlipOutputFile(out->fault->run->file);
   const char *prefix = SlipFaultPrefix(out->fault);
   SlipH5Storage storage, stored;
-  PetscInt found, axes, wanted = 1;
+  PetscInt found, wanted = 1;
   char path[64];
 
   PetscFunctionBegin;
@@ -363,8 +339,7 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
                path, h->target, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
   }
   PetscCall(SlipH5CountMembers(h, "/fields", &found));
-  PetscCall(SlipH5CountAxes(h, "/fields", &axes));
-  PetscCheck(found - axes == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck(found == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->target,
              wanted - 1, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -378,11 +353,19 @@ static PetscBool IsScalar(SlipFault fault, PetscInt id)
            : PETSC_FALSE;
 }
 
-/* On rank 0: writes /parameters, the parameters of the fault besides fields. */
-static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
+/* On rank 0: writes /parameters, and creates the series of the fields, and the axes or cells. */
+static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
+  SlipFault fault = out->fault;
+  SlipH5 *h = SlipOutputFile(out->fault->run->file);
+  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
+  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.plane, fault->layout.plane};
+  SlipH5Storage storage;
+  char path[64];
+
   PetscFunctionBegin;
-  PetscCall(SlipH5Group(h, "/parameters"));
+  PetscCall(FieldStorage(fault, &storage));
+  PetscCall(SlipH5Group(h, "/parameters", PETSC_FALSE));
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
     PetscReal value;
 
@@ -396,32 +379,16 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
   PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* On rank 0: creates the series of the fields, and the axes or cells. */
-static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
-{
-  SlipFault fault = out->fault;
-  SlipH5 *h = SlipOutputFile(out->fault->run->file);
-  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
-  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.plane, fault->layout.plane};
-  SlipH5Storage storage;
-  char path[64];
-
-  PetscFunctionBegin;
-  PetscCall(FieldStorage(fault, &storage));
-  PetscCall(WriteParameters(fault, h));
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment", "faults", fault->mesh.faults, fault->mesh.labels));
-  PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, NULL, "s"));
   PetscCall(SlipTableRest(fault->run->file->clock, h, "/fields/time_rest", 0, NULL, -1, &out->rests));
   for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(fault, f)));
-    PetscCall(SlipH5CreateStoredSeries(
-      h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all, &storage,
-      StateOf(f) < 0 ? OutputFields[f].unit : SlipFrictionStateUnit(fault->friction.law, StateOf(f))));
+    PetscCall(SlipH5CreateSeries(h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all, &storage,
+                                 StateOf(f) < 0 ? OutputFields[f].unit
+                                                : SlipFrictionStateUnit(fault->friction.law, StateOf(f))));
   }
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -554,7 +521,16 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(fault->run->file));
-  PetscCall(GatherStart(out));
+  /* the slip of a fault that heals is relative to the start and the loading rate */
+  if ((fault->kind.heals || fault->friction.law->nstates || fault->layout.components > 1) && !out->start0) {
+    PetscCall(VecDuplicate(out->r0, &out->start0));
+    PetscCall(VecDuplicate(out->r0, &out->vinf0));
+    PetscCall(VecScatterBegin(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScale(out->start0, fault->critical.start_share));
+    PetscCall(VecScatterBegin(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  }
   PetscCall(ShowState(out, time, w, &shown));
   PetscCall(VecScatterBegin(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));

@@ -5,7 +5,7 @@
 /* Files of one family may be the same: a run may continue from the checkpoint that it writes. */
 #define FAMILY_STATE 1
 
-/* Endings of a file that is written. Locks beside it protect temporary files (h5claim.c); the checkpoint before stays.
+/* Endings of a file that is written. Locks beside it protect temporary files (h5output.c); the checkpoint before stays.
    */
 #define GROWING "", ".part", ".part.new"
 
@@ -56,24 +56,6 @@ static PetscErrorCode ViewedFile(char value[], char file[PETSC_MAX_PATH_LEN])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the file of an option that is no string of the fault, or "". */
-static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool viewer, char file[PETSC_MAX_PATH_LEN])
-{
-  char value[PETSC_MAX_PATH_LEN] = "", name[96];
-
-  PetscFunctionBegin;
-  file[0] = '\0';
-  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", option));
-  PetscCall(PetscOptionsGetString(((PetscObject)fault)->options,
-                                  strncmp(option, "fault_", 6) ? NULL : ((PetscObject)fault)->prefix, name, value,
-                                  sizeof(value), NULL));
-  if (viewer)
-    PetscCall(ViewedFile(value, file));
-  else
-    PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Reports PETSC_ERR_FILE_OPEN when two options name one file that one of them writes. Collective. */
 PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
 {
@@ -89,8 +71,18 @@ PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
                             strncmp(option, "fault_", 6) ? "" : SlipFaultPrefix(fault), option));
     if (SlipFaultFiles[i].id < FAULT_NUM_STRINGS)
       PetscCall(PetscStrncpy(file[i].name, fault->options.text[SlipFaultFiles[i].id], sizeof(file[i].name)));
-    else if (SlipFaultFiles[i].id == A_VIEWER || fault->setup)
-      PetscCall(FileOf(fault, option, SlipFaultFiles[i].id == A_VIEWER ? PETSC_TRUE : PETSC_FALSE, file[i].name));
+    else if (SlipFaultFiles[i].id == A_VIEWER || fault->setup) {
+      char value[PETSC_MAX_PATH_LEN] = "", name[96];
+
+      PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", option));
+      PetscCall(PetscOptionsGetString(((PetscObject)fault)->options,
+                                      strncmp(option, "fault_", 6) ? NULL : ((PetscObject)fault)->prefix, name, value,
+                                      sizeof(value), NULL));
+      if (SlipFaultFiles[i].id == A_VIEWER)
+        PetscCall(ViewedFile(value, file[i].name));
+      else
+        PetscCall(PetscStrncpy(file[i].name, value, PETSC_MAX_PATH_LEN));
+    }
     if (SlipFaultFiles[i].id == FAULT_STIFFNESS_FILE) dataset = strstr(file[i].name, ":/");
     if (dataset) *dataset = '\0';
     file[i].written = SlipFaultFiles[i].written;
@@ -118,25 +110,6 @@ static PetscErrorCode FileOfRun(PetscOptions options, PetscInt row, char file[PE
     PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
   else if (!append)
     PetscCall(ViewedFile(value, file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds which runs may write the same files as run k: the run itself, or an earlier one from whose checkpoint it
-   continues. */
-static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], PetscInt family[])
-{
-  char restart[PETSC_MAX_PATH_LEN] = "", checkpoint[PETSC_MAX_PATH_LEN];
-  PetscBool same;
-
-  PetscFunctionBegin;
-  family[k] = k + 1;
-  PetscCall(PetscOptionsGetString(options[k], NULL, "-fault_restart", restart, sizeof(restart), NULL));
-  for (PetscInt j = 0; j < k && restart[0]; j++) {
-    checkpoint[0] = '\0';
-    PetscCall(PetscOptionsGetString(options[j], NULL, "-fault_checkpoint", checkpoint, sizeof(checkpoint), NULL));
-    PetscCall(PetscStrcmp(restart, checkpoint, &same));
-    if (same) family[k] = family[j];
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -170,7 +143,17 @@ PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOp
   PetscCall(PetscCalloc1(n * NUM_FILES, &file));
   PetscCall(PetscMalloc1(n, &family));
   for (PetscInt k = 0; k < n; k++) {
-    PetscCall(FamilyOfRun(k, options, family));
+    char restart[PETSC_MAX_PATH_LEN] = "", checkpoint[PETSC_MAX_PATH_LEN];
+    PetscBool same;
+
+    family[k] = k + 1; /* an earlier run from whose checkpoint this one continues may write the same files */
+    PetscCall(PetscOptionsGetString(options[k], NULL, "-fault_restart", restart, sizeof(restart), NULL));
+    for (PetscInt j = 0; j < k && restart[0]; j++) {
+      checkpoint[0] = '\0';
+      PetscCall(PetscOptionsGetString(options[j], NULL, "-fault_checkpoint", checkpoint, sizeof(checkpoint), NULL));
+      PetscCall(PetscStrcmp(restart, checkpoint, &same));
+      if (same) family[k] = family[j];
+    }
     for (PetscInt i = 0; i < (PetscInt)NUM_FILES; i++) {
       PetscCall(FileOfRun(options[k], i, file[m].name));
       if (!file[m].name[0]) continue;

@@ -31,29 +31,6 @@ typedef struct {
 
 #define XDMF_SHARE 100 /* the pause before the file is written again, over the time of the last write */
 
-/* All functions below run on rank 0. Writes corners [npoints][3], z upward, and their numbers for each cell [N][sides],
-   in the order of the output. */
-static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
-{
-  const SlipFaultMesh *mesh = &fault->mesh;
-  const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, mesh->kind->sides};
-  PetscInt *corners;
-  PetscReal *place;
-  static const char *const axes[] = {"cell", "vertex"};
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc2(3 * mesh->npoints, &place, mesh->kind->sides * mesh->N, &corners));
-  PetscCall(mesh->kind->corners(mesh, place, corners));
-  for (PetscInt p = 0; p < mesh->npoints; p++) place[3 * p + 2] *= -1;
-  PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, points, place, "m"));
-  PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, cells, corners, NULL));
-  PetscCall(PetscFree2(place, corners));
-  PetscCall(SlipH5MakeDimension(h, "/xdmf/cell", mesh->N));
-  PetscCall(SlipH5MakeDimension(h, "/xdmf/vertex", mesh->npoints));
-  PetscCall(SlipH5NameDimensions(h, "/xdmf", &(SlipH5Axes){.n = 2, .axis = axes, .rest = "corner"}));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode XdmfCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   Xdmf *x;
@@ -68,6 +45,7 @@ static PetscErrorCode XdmfCreate(SlipFault fault, TS ts, PetscBool *wanted, void
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* All functions below run on rank 0 but those of the observer. */
 static PetscErrorCode LayOut(Xdmf *x, SlipOutput output, SlipH5 *h)
 {
   char name[PETSC_MAX_PATH_LEN + 16], *slash;
@@ -88,7 +66,24 @@ static PetscErrorCode LayOut(Xdmf *x, SlipOutput output, SlipH5 *h)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipH5Has(h, "/xdmf/cells", &has));
-  if (!has) PetscCall(WriteCorners(x->fault, h));
+  if (
+    !has) { /* corners [npoints][3], z upward, and their numbers for each cell [N][sides], in the order of the output */
+    const SlipFaultMesh *mesh = &x->fault->mesh;
+    const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, mesh->kind->sides};
+    PetscInt *corners;
+    PetscReal *place;
+    static const char *const axes[] = {"cell", "vertex"};
+
+    PetscCall(PetscMalloc2(3 * mesh->npoints, &place, mesh->kind->sides * mesh->N, &corners));
+    PetscCall(mesh->kind->corners(mesh, place, corners));
+    for (PetscInt p = 0; p < mesh->npoints; p++) place[3 * p + 2] *= -1;
+    PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, points, place, "m"));
+    PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, cells, corners, NULL));
+    PetscCall(PetscFree2(place, corners));
+    PetscCall(SlipH5MakeDimension(h, "/xdmf/cell", mesh->N));
+    PetscCall(SlipH5MakeDimension(h, "/xdmf/vertex", mesh->npoints));
+    PetscCall(SlipH5NameDimensions(h, "/xdmf", &(SlipH5Axes){.n = 2, .axis = axes, .rest = "corner"}));
+  }
   if (output->resumed) {
     PetscCall(SlipH5ReadReal(h, "/fields/time", 1, &x->n, &x->time));
     x->size = x->n;

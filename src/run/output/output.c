@@ -146,7 +146,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   if (!out->wanted) PetscFunctionReturn(PETSC_SUCCESS);
 
   PetscCall(PetscStrncpy(out->name, file, sizeof(out->name)));
-  if (!out->rank) ierr = SlipH5CheckCreate(file);
+  if (!out->rank) ierr = SlipH5CheckCreateKind(&(SlipH5Kind){0}, file);
   PetscCall(SlipErrorBcast(comm, ierr));
   out->ncolumns = n + 1;
   out->column[0] = (SlipOutputColumn){"time", "s", PETSC_FALSE};

@@ -80,8 +80,8 @@ PetscErrorCode SlipOutputRun(SlipOutput out)
       out->solve_before = out->wall;
     PetscCall(SlipH5RemoveGroup(h, "/result"));
   }
-  PetscCall(SlipH5GroupOfNumbers(h, "/run"));
-  PetscCall(SlipH5GroupOfNumbers(h, "/result"));
+  PetscCall(SlipH5Group(h, "/run", PETSC_TRUE));
+  PetscCall(SlipH5Group(h, "/result", PETSC_TRUE));
   PetscCallMPI(MPI_Comm_size(out->comm, &size));
   PetscCall(PetscOptionsGetAll(NULL, &options));
   PetscCall(SlipH5WriteAttrString(h, "/run", "options", options));

@@ -14,27 +14,8 @@ PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[
   if (there)
     PetscCall(SlipH5SetRows(h, path, rows));
   else if (*has) {
-    PetscCall(SlipH5CreateSeries(h, path, wide, dims, PETSC_FALSE, "s"));
+    PetscCall(SlipH5CreateSeries(h, path, wide, dims, NULL, "s"));
     PetscCall(SlipH5AppendZeros(h, path, rows));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates columns for the rests of times beyond a double; numbers: those of a row, without and then with them */
-static PetscErrorCode CreateRests(SlipTable *t, SlipH5 *h, PetscInt rows, PetscInt *numbers)
-{
-  char path[128];
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < t->ntimes; k++) {
-    const PetscInt c = t->times[k], all = t->ncolumns + k, n = t->entries[c];
-
-    PetscCall(PetscSNPrintf(t->rest[k], sizeof(t->rest[k]), "%s_rest", t->column[c].name));
-    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", t->group, t->rest[k]));
-    PetscCall(SlipTableRest(t->clock, h, path, t->wide[c], &n, rows, &t->rests));
-    t->entries[all] = n;
-    t->first[all] = *numbers;
-    *numbers += n;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -55,7 +36,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
                                const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows)
 {
   char path[128];
-  PetscInt found, numbers = 0, axes, size;
+  PetscInt found, numbers = 0, size;
 
   PetscFunctionBegin;
   PetscCheck(ncolumns <= SLIP_TABLE_COLUMNS, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
@@ -75,7 +56,8 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
     numbers += t->entries[c];
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", group, column[c].name));
     if (rows < 0) {
-      PetscCall(SlipH5CreateSeries(h, path, wide, dims, column[c].integer, column[c].unit));
+      PetscCall(
+        SlipH5CreateSeries(h, path, wide, dims, &(SlipH5Storage){.integer = column[c].integer}, column[c].unit));
       continue;
     }
     PetscCall(SlipH5SetRows(h, path, rows));
@@ -85,15 +67,24 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
                "%s in %s has other numbers in a row than the %" PetscInt_FMT " of this run%s", path, h->target,
                t->entries[c], h->source);
   }
-  PetscCall(CreateRests(t, h, rows, &numbers));
+  /* columns for the rests of times beyond a double */
+  for (PetscInt k = 0; k < t->ntimes; k++) {
+    const PetscInt c = t->times[k], all = t->ncolumns + k, n = t->entries[c];
+
+    PetscCall(PetscSNPrintf(t->rest[k], sizeof(t->rest[k]), "%s_rest", t->column[c].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", t->group, t->rest[k]));
+    PetscCall(SlipTableRest(t->clock, h, path, t->wide[c], &n, rows, &t->rests));
+    t->entries[all] = n;
+    t->first[all] = numbers;
+    numbers += n;
+  }
   t->room = PetscClipInterval(SLIP_TABLE_NUMBERS / numbers, 1, SLIP_TABLE_ROWS);
   PetscCall(PetscMalloc1((size_t)numbers * (size_t)t->room, &t->value));
   if (!group[0]) PetscFunctionReturn(PETSC_SUCCESS); /* the root has groups as well */
   PetscCall(SlipH5CountMembers(h, group, &found));
-  PetscCall(SlipH5CountAxes(h, group, &axes));
-  PetscCheck(found - axes == Columns(t), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCheck(found == Columns(t), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s in %s has %" PetscInt_FMT " datasets, expected the %" PetscInt_FMT " of this run%s", group, h->target,
-             found - axes, Columns(t), h->source);
+             found, Columns(t), h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -128,14 +128,6 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds this rank's number of the cell. */
-static void FindLocal(SlipFault fault, Station *s)
-{
-  s->local = -1;
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    if (SlipFaultMeshRow(&fault->mesh, i) == s->cell) s->local = i;
-}
-
 /* Finds the cell of a point [3]: x, y or NaN, z. */
 static PetscErrorCode PlaceStation(SlipFault fault, const PetscReal point[3], Station *s)
 {
@@ -156,7 +148,9 @@ static PetscErrorCode PlaceStation(SlipFault fault, const PetscReal point[3], St
              prefix, text, (double)s->centre[0], (double)s->centre[1], (double)s->centre[2]);
   PetscCheck(!several, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stations has the point %s, which several planes have: expected x,y,z", prefix, text);
-  FindLocal(fault, s);
+  s->local = -1;
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    if (SlipFaultMeshRow(&fault->mesh, i) == s->cell) s->local = i;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -272,26 +266,6 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 
 /* ---- rows of stations ---- */
 
-/* Stores the displacements from which slip counts. */
-static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stations *list)
-{
-  const PetscInt c = fault->layout.plane;
-  const PetscReal *a;
-
-  PetscFunctionBegin;
-  list->start = fault->loads.origin + time;
-  PetscCall(PetscArrayzero(list->row, c * list->n));
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt k = 0; k < list->n; k++)
-    for (PetscInt j = 0; j < c && list->station[k].local >= 0; j++)
-      list->row[c * k + j] = a[SlipFaultDisplacementAt(fault, list->station[k].local) + j];
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)(c * list->n), MPIU_REAL, MPIU_SUM, fault->comm));
-  for (PetscInt k = 0; k < list->n; k++)
-    for (PetscInt j = 0; j < c; j++) list->station[k].u0[j] = list->row[c * k + j];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gets from the device the numbers of each station, its state and traction, and the friction of the cells with which
    the state is shown, as the device sends only a few numbers. */
 static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *list, SlipFrictionCells *friction)
@@ -392,7 +366,21 @@ static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec 
 
   PetscFunctionBegin;
   if (!list->output) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!list->output->resumed || !list->known) PetscCall(StationsBegin(fault, time, w, list));
+  if (!list->output->resumed || !list->known) {
+    const PetscInt c = fault->layout.plane;
+    const PetscReal *a;
+
+    list->start = fault->loads.origin + time;
+    PetscCall(PetscArrayzero(list->row, c * list->n));
+    PetscCall(VecGetArrayRead(w, &a));
+    for (PetscInt k = 0; k < list->n; k++)
+      for (PetscInt j = 0; j < c && list->station[k].local >= 0; j++)
+        list->row[c * k + j] = a[SlipFaultDisplacementAt(fault, list->station[k].local) + j];
+    PetscCall(VecRestoreArrayRead(w, &a));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)(c * list->n), MPIU_REAL, MPIU_SUM, fault->comm));
+    for (PetscInt k = 0; k < list->n; k++)
+      for (PetscInt j = 0; j < c; j++) list->station[k].u0[j] = list->row[c * k + j];
+  }
   if (!list->output->start_known) PetscCall(StationsStep(fault, ts, 0, time, w, list));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

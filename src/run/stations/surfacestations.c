@@ -215,7 +215,7 @@ static PetscErrorCode WriteStations(const Surface *s, SlipH5 *h)
   PetscCall(SlipH5NameDimensions(h, PLACES, &places));
   for (PetscInt k = 0; k < s->n; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/surface/%" PetscInt_FMT, k));
-    PetscCall(SlipH5Group(h, group));
+    PetscCall(SlipH5Group(h, group, PETSC_FALSE));
     PetscCall(SlipH5WriteAttrReal(h, group, "x", s->point[2 * k]));
     PetscCall(SlipH5WriteAttrReal(h, group, "y", s->point[2 * k + 1]));
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/time", group));

@@ -8,27 +8,6 @@
 #define ESTIMATES_FORMAT "slipstep-estimates"
 #define ESTIMATES_VERSION 1
 
-static PetscErrorCode ReadAttributes(SlipH5 *h, SlipFaultCalibration *c)
-{
-  const struct {
-    const char *name;
-    PetscReal *value;
-  } row[] = {{"final_slip_floor", &c->floor},
-             {"final_slip_late", &c->late},
-             {"event_time_floor", &c->shift_floor},
-             {"history_final", &c->history_final}};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
-    PetscCall(SlipH5ReadAttrReal(h, "/factor", row[i].name, row[i].value));
-    PetscCheck(isfinite(*row[i].value) && *row[i].value >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s: attribute %s of /factor is %g; expected a number >= 0%s", h->name, row[i].name,
-               (double)*row[i].value, h->source);
-  }
-  PetscCall(SlipH5ReadAttrInt(h, "/factor", "least_steps", &c->least));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds the column of each estimate. */
 static PetscErrorCode FindColumns(SlipH5 *h, const char *const measure[], PetscInt column[NUM_ESTIMATES])
 {
@@ -47,24 +26,6 @@ static PetscErrorCode FindColumns(SlipH5 *h, const char *const measure[], PetscI
   PetscCheck(missing < 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s: /measures has no \"%s\" among the first %d; expected a name for each column of /factor%s", h->name,
              measure[PetscMax(missing, 0)], (int)NUM_ESTIMATES, h->source);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CheckFactors(const SlipH5 *h, const char group[], const SlipFaultFactors *f)
-{
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < f->n; i++) {
-    const PetscReal steps = f->row[i].steps;
-
-    PetscCheck((i + 1 < f->n ? isfinite(steps) && (!i || steps > f->row[i - 1].steps) : steps == INFINITY),
-               PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s: number %" PetscInt_FMT " of %s/steps is %g; expected numbers that rise, and infinity at the end%s",
-               h->name, i, group, (double)steps, h->source);
-    for (PetscInt k = 0; k < NUM_ESTIMATES; k++)
-      PetscCheck(isfinite(f->row[i].factor[k]) && f->row[i].factor[k] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-                 "%s: a number in row %" PetscInt_FMT " of %s/factor is %g; expected numbers > 0%s", h->name, i, group,
-                 (double)f->row[i].factor[k], h->source);
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -92,7 +53,18 @@ static PetscErrorCode ReadFactors(SlipH5 *h, const char group[], const PetscInt 
   PetscCheck(f->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s: %s/steps has %" PetscInt_FMT " numbers, expected 1 to %d%s", h->name, group, want[0],
              (int)CALIBRATION_MOST, h->source);
-  PetscCall(CheckFactors(h, group, f));
+  for (PetscInt i = 0; i < f->n; i++) {
+    const PetscReal steps = f->row[i].steps;
+
+    PetscCheck((i + 1 < f->n ? isfinite(steps) && (!i || steps > f->row[i - 1].steps) : steps == INFINITY),
+               PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s: number %" PetscInt_FMT " of %s/steps is %g; expected numbers that rise, and infinity at the end%s",
+               h->name, i, group, (double)steps, h->source);
+    for (PetscInt k = 0; k < NUM_ESTIMATES; k++)
+      PetscCheck(isfinite(f->row[i].factor[k]) && f->row[i].factor[k] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+                 "%s: a number in row %" PetscInt_FMT " of %s/factor is %g; expected numbers > 0%s", h->name, i, group,
+                 (double)f->row[i].factor[k], h->source);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,10 +73,23 @@ static PetscErrorCode ReadNumbers(SlipH5 *h, const char *const measure[], SlipFa
 {
   PetscInt column[NUM_ESTIMATES];
   PetscBool has;
+  const struct {
+    const char *name;
+    PetscReal *value;
+  } row[] = {{"final_slip_floor", &c->floor},
+             {"final_slip_late", &c->late},
+             {"event_time_floor", &c->shift_floor},
+             {"history_final", &c->history_final}};
 
   PetscFunctionBegin;
   PetscCall(SlipPolicyCheckFormat(h, ESTIMATES_FORMAT, ESTIMATES_VERSION));
-  PetscCall(ReadAttributes(h, c));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
+    PetscCall(SlipH5ReadAttrReal(h, "/factor", row[i].name, row[i].value));
+    PetscCheck(isfinite(*row[i].value) && *row[i].value >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s: attribute %s of /factor is %g; expected a number >= 0%s", h->name, row[i].name,
+               (double)*row[i].value, h->source);
+  }
+  PetscCall(SlipH5ReadAttrInt(h, "/factor", "least_steps", &c->least));
   PetscCall(FindColumns(h, measure, column));
   PetscCall(ReadFactors(h, "", column, &c->of_all));
   PetscCall(SlipH5Has(h, "/explicit", &has));

@@ -131,13 +131,14 @@ static PetscErrorCode Given(SlipFault fault, const char name[], PetscBool *given
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of numbers of friction that the law does not use; a user's law may use any. */
-static PetscErrorCode WarnOfFriction(SlipFault fault)
+PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault)
 {
-  const SlipFrictionLaw *law = fault->friction.law;
   const char *prefix = SlipFaultPrefix(fault);
+  const SlipFrictionLaw *law = fault->friction.law;
+  const SlipParameter *p;
 
   PetscFunctionBegin;
+  /* Warns of numbers of friction that the law does not use; a user's law may use any. */
   for (PetscInt id = FAULT_FRICTION_RESIDUAL; id <= FAULT_FRICTION_REFERENCE_RATE && law->reads; id++) {
     const char *reads = law->reads;
     PetscBool given, read = PETSC_FALSE;
@@ -150,15 +151,7 @@ static PetscErrorCode WarnOfFriction(SlipFault fault)
       PetscCall(SlipWarning("-%sfault_%s has no effect: the law %s does not read it (-%sfault_friction_law)", prefix,
                             SlipFaultReals[id].name, law->name, prefix));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Warns of numbers that fields override; warn.c handles the gradient. */
-static PetscErrorCode WarnOfFields(SlipFault fault)
-{
-  const SlipParameter *p;
-
-  PetscFunctionBegin;
+  /* Warns of numbers that fields override; warn.c handles the gradient. */
   for (PetscInt id = 0; (p = SlipFaultRealRow(id)); id++) {
     const PetscInt field = SlipFaultFieldOf(id);
     PetscBool given;
@@ -169,16 +162,6 @@ static PetscErrorCode WarnOfFields(SlipFault fault)
       PetscCall(SlipWarning("-%sfault_%s has no effect: %s: /%s has the values of all cells", SlipFaultPrefix(fault),
                             p->name, fault->fields.source[field], p->name));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-
-  PetscFunctionBegin;
-  PetscCall(WarnOfFriction(fault));
-  PetscCall(WarnOfFields(fault));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Rows); i++) {
     const char *names = Rows[i].names;
     char name[SLIP_NAME_LENGTH];

@@ -3,26 +3,6 @@
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
 
-/* Finds what uses absolute times other than through ts, so that the origin cannot move; NULL: it can. */
-static PetscErrorCode Obstacle(SlipFault fault, TS ts, const char **what)
-{
-  PetscBool known, history, rests;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &known, TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSRK, TSLAPUSTA, ""));
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTHISTORY, &history));
-  PetscCall(SlipElasticRests(fault->medium, &rests));
-  *what = fault->loads.pressed                                  ? "a pore pressure, which is of absolute times"
-          : !rests                                              ? "a medium whose stress is of absolute times"
-          : fault->options.check_error                          ? "-fault_check_error"
-          : !known                                              ? "this -ts_type"
-          : history || ts->event || ts->trajectory || ts->tspan ? "events, trajectories and given times of the TS"
-                                                                : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
   SlipFaultClockStart - lets the origin of a long run's time move, or warns why it cannot
 
@@ -34,10 +14,22 @@ PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts)
   PetscReal end;
   PetscMPIInt rank;
   char limit[32], last[32];
+  PetscBool known, history, rests;
+  TSAdapt adapt;
 
   PetscFunctionBegin;
   fault->loads.origin = 0; /* an earlier run may have failed */
-  PetscCall(Obstacle(fault, ts, &what));
+  /* what uses absolute times other than through ts, so that the origin cannot move; NULL: it can */
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &known, TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSRK, TSLAPUSTA, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTHISTORY, &history));
+  PetscCall(SlipElasticRests(fault->medium, &rests));
+  what = fault->loads.pressed                                  ? "a pore pressure, which is of absolute times"
+         : !rests                                              ? "a medium whose stress is of absolute times"
+         : fault->options.check_error                          ? "-fault_check_error"
+         : !known                                              ? "this -ts_type"
+         : history || ts->event || ts->trajectory || ts->tspan ? "events, trajectories and given times of the TS"
+                                                               : NULL;
   PetscCall(SlipClockStart(ts, what ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(SlipClockRead(ts, NULL, &end));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));

@@ -153,18 +153,6 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decides on rank 0; word[0]: whether a line is due, word[1]: the number of steps until the next decision */
-static PetscErrorCode ProgressLineDue(SlipFaultProgress *p, PetscLogDouble now, int word[2])
-{
-  const PetscReal since = (PetscReal)(now - p->printed);
-
-  PetscFunctionBegin;
-  word[0] = SlipFaultProgressDue(IsTerminal(), (PetscReal)(now - p->begin), since);
-  word[1] = now > p->step ? (int)PetscMin(PROGRESS_AGREE / (now - p->step), PROGRESS_MAX_STEPS_BETWEEN)
-                          : PROGRESS_MAX_STEPS_BETWEEN;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ProgressCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   PetscFunctionBegin;
@@ -207,7 +195,11 @@ static PetscErrorCode ProgressStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (p->wait-- <= 0) {
     PetscCall(SlipFaultStepRate(fault, time, w, &rate));
     SlipFaultProgressSee(p, now, fault->loads.origin + time, rate, fault->options.value[FAULT_EVENT_RATE]);
-    if (!rank) PetscCall(ProgressLineDue(p, now, word));
+    if (!rank) { /* word[0]: whether a line is due, word[1]: the number of steps until the next decision */
+      word[0] = SlipFaultProgressDue(IsTerminal(), (PetscReal)(now - p->begin), (PetscReal)(now - p->printed));
+      word[1] = now > p->step ? (int)PetscMin(PROGRESS_AGREE / (now - p->step), PROGRESS_MAX_STEPS_BETWEEN)
+                              : PROGRESS_MAX_STEPS_BETWEEN;
+    }
     PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
     p->wait = word[1];
   }

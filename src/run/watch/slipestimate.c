@@ -43,26 +43,6 @@ enum {
   STEP_SUMS
 };
 
-/* H/M of the critical displacement [1/s] */
-static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
-{
-  const PetscReal *uc;
-  PetscReal inertia = 0;
-  PetscBool none;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
-  for (PetscInt i = 0, c = fault->layout.components; i < c * fault->mesh.n; i++)
-    inertia += fault->operators.mass * fault->mesh.weight[i / c] * PetscSqr(uc[i]);
-  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPIU_REAL, MPI_SUM, fault->comm));
-  PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &none));
-  *rate = none || inertia <= 0
-            ? 0
-            : 2 * fault->options.value[FAULT_DAMPING_RATIO] * PetscSqrtReal(fault->critical.energy / inertia);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sums for the state w after a step and its error e; costs a product with K, unless the step has computed it. */
 static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
@@ -115,22 +95,6 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Converts the changes of P to an error of the slip, when all cells rest. */
-static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
-{
-  SlipFaultRunError *est = &fault->run->error;
-  const PetscReal mean = sum[STEP_SLIP] / fault->mesh.N;
-
-  PetscFunctionBegin;
-  if (mean <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if (sum[STEP_RESTRAINT] <= 0) est->known = PETSC_FALSE;
-  for (PetscInt k = 0; k < 2 && est->known; k++) {
-    est->slip[k] += est->work[k] * mean / sum[STEP_RESTRAINT];
-    est->work[k] = 0;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Reset(SlipFaultRunError *est)
 {
   PetscFunctionBegin;
@@ -149,7 +113,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultRunError *est = &fault->run->error;
-  PetscReal sum[STEP_SUMS], scale, decay, moving;
+  PetscReal sum[STEP_SUMS], scale, decay, moving, mean;
   Vec e;
 
   PetscFunctionBegin;
@@ -168,7 +132,14 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   if (moving < est->moving) est->late += sum[STEP_SLIP] - est->sum;
   est->sum = sum[STEP_SLIP];
   est->moving = moving;
-  if (moving == 0) PetscCall(Settle(fault, sum));
+  mean = sum[STEP_SLIP] / fault->mesh.N;
+  if (moving == 0 && mean > 0) { /* all cells rest: changes of P become an error of the slip */
+    if (sum[STEP_RESTRAINT] <= 0) est->known = PETSC_FALSE;
+    for (PetscInt k = 0; k < 2 && est->known; k++) {
+      est->slip[k] += est->work[k] * mean / sum[STEP_RESTRAINT];
+      est->work[k] = 0;
+    }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -188,8 +159,10 @@ static PetscBool IsCalibrated(SlipFault fault)
 static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   SlipFaultRunError *est = &fault->run->error;
-  PetscBool bathe;
+  PetscBool bathe, none;
   PetscObjectId id;
+  const PetscReal *uc;
+  PetscReal inertia = 0;
 
   PetscFunctionBegin;
   (void)wanted;
@@ -201,7 +174,15 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   est->recorded = !fault->kind.driven || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
   if (est->recorded) est->course.n = 0;
   if (!est->recorded || !bathe) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(DecayRate(fault, &est->decay));
+  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+  for (PetscInt i = 0, c = fault->layout.components; i < c * fault->mesh.n; i++)
+    inertia += fault->operators.mass * fault->mesh.weight[i / c] * PetscSqr(uc[i]);
+  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPIU_REAL, MPI_SUM, fault->comm));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &none));
+  est->decay = none || inertia <= 0
+                 ? 0
+                 : 2 * fault->options.value[FAULT_DAMPING_RATIO] * PetscSqrtReal(fault->critical.energy / inertia);
   if (IsOneEvent(fault) && IsCalibrated(fault))
     PetscCall(SlipFaultCalibrationRead(fault->comm, ((PetscObject)fault)->prefix, fault->options.text[FAULT_ESTIMATES],
                                        Measured, &est->calibration));
@@ -209,25 +190,6 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(PetscObjectGetId((PetscObject)ts, &id));
   if (est->id != id) PetscCall(TSBatheMonitorSet(ts, EstimateStep, fault, NULL)); /* once for a TS, for all its runs */
   est->id = id;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gets the accuracy of the learned controller; 0 when its policy does not observe it. */
-static PetscErrorCode WantedAccuracy(TS ts, PetscReal *wanted)
-{
-  TSAdapt adapt;
-  SlipPolicy policy;
-  PetscInt n = 0;
-  const char *const *names = NULL;
-  PetscBool sees = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  *wanted = 0;
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
-  if (policy) PetscCall(SlipPolicyGetObservations(policy, &n, &names));
-  for (PetscInt i = 0; i < n && !sees; i++) PetscCall(PetscStrcmp(names[i], "log_accuracy", &sees));
-  if (sees) PetscCall(TSAdaptRLGetAccuracy(adapt, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -493,6 +455,11 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   PetscReal wanted, t, mean_slip;
   PetscBool bathe;
   Vec w;
+  TSAdapt adapt;
+  SlipPolicy policy;
+  PetscInt n = 0;
+  const char *const *names = NULL;
+  PetscBool sees = PETSC_FALSE;
 
   PetscFunctionBegin;
   (void)ctx;
@@ -501,7 +468,12 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
   mean_slip = obs.mean_slip;
   if (mean_slip <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(WantedAccuracy(ts, &wanted));
+  wanted = 0; /* the accuracy of the learned controller; 0 when its policy does not observe it */
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (policy) PetscCall(SlipPolicyGetObservations(policy, &n, &names));
+  for (PetscInt i = 0; i < n && !sees; i++) PetscCall(PetscStrcmp(names[i], "log_accuracy", &sees));
+  if (sees) PetscCall(TSAdaptRLGetAccuracy(adapt, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));

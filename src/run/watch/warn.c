@@ -78,44 +78,6 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- parameters of a law ---- */
-
-static PetscErrorCode WarnOfOtherLaws(SlipFault fault, PetscMPIInt rank)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  const SlipFrictionLaw *law;
-  const SlipParameter *p;
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; (p = SlipFaultOwnRow(k, &law)) && !rank; k++) {
-    const char *source = fault->fields.source[FAULT_NUM_FIELDS + k];
-
-    if (law == fault->friction.law || (!source && isnan(fault->options.value[FAULT_NUM_REALS + k]))) continue;
-    PetscCall(SlipWarning("%s%s%s%s has no effect: it belongs to -%sfault_friction_law %s, but the law is %s",
-                          source ? source : "-", source ? ": /" : prefix, source ? "" : "fault_", p->name, prefix,
-                          law->name, fault->friction.law->name));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Warns that a given gradient is not added to a field, which contains all of the normal stress. */
-static PetscErrorCode WarnOfGradient(SlipFault fault, PetscMPIInt rank)
-{
-  const char *source = fault->fields.source[FIELD_NORMAL_STRESS], *prefix = SlipFaultPrefix(fault);
-  char option[128];
-  PetscBool set;
-
-  PetscFunctionBegin;
-  if (rank || !source || fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  (void)snprintf(option, sizeof(option), "-%sfault_normal_stress_gradient", prefix);
-  PetscCall(PetscOptionsHasName(NULL, NULL, option, &set));
-  if (set)
-    PetscCall(
-      SlipWarning("%s has no effect: %s: /normal_stress has the normal stress of each cell. Add the gradient to it",
-                  option, source));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- the start of rate-and-state friction ---- */
 
 /* Largest relative deviations from the steady rate and state with which a cell counts as steady */
@@ -289,71 +251,62 @@ static PetscErrorCode WarnOfMesh(SlipFault fault, PetscMPIInt rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- friction without a length ---- */
-
-/* Warns that results depend on the cells. TPV3 with such friction at a scale of 5 m/s, and more stress, slips by 0.13,
-   0.15 and 0.20 m in the mean with cells of 500, 250 and 125 m. */
-static PetscErrorCode WarnOfRate(SlipFault fault, PetscMPIInt rank)
-{
-  const SlipFrictionLaw *law = fault->friction.law;
-
-  PetscFunctionBegin;
-  if (fault->kind.waves && law->by_rate && !law->nstates && !rank)
-    PetscCall(
-      SlipWarning("the strength of -%sfault_friction_law %s falls with the slip rate at once, over no length: how "
-                  "far a rupture runs depends on the size of the cells. Use slip weakening, or rate and state",
-                  SlipFaultPrefix(fault), law->name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- planes ---- */
-
-static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
-{
-  PetscFunctionBegin;
-  if (fault->mesh.planes > 1 && !fault->kind.coupled && !rank)
-    PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others, only "
-                          "their shear stress. Use -%sfault_normal_coupling yes to include it",
-                          SlipFaultPrefix(fault), fault->options.text[FAULT_MESH], SlipFaultPrefix(fault)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- waves ---- */
-
-/* Prints a line, which is no warning: a run may end before, and the waves may be too weak. */
-static PetscErrorCode TellOfImages(SlipFault fault)
-{
-  PetscReal first, last;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetImages(fault->medium, &first, &last));
-  if (first == PETSC_MAX_REAL) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPrintf(fault->comm,
-                        "%-24s waves of periodic images arrive %.4g s after slip (-%sfault_waves_padding)\n",
-                        "images:", (double)first, SlipFaultPrefix(fault)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Prints all warnings at the end of the set-up. Collective. */
 PetscErrorCode SlipFaultWarn(SlipFault fault)
 {
   PetscMPIInt rank;
   PetscBool help;
+  const char *prefix = SlipFaultPrefix(fault), *source = fault->fields.source[FIELD_NORMAL_STRESS];
+  const SlipFrictionLaw *law;
+  const SlipParameter *p;
+  PetscReal first, last;
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (!fault->options.reports || help) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(WarnOfUnits(fault, rank));
-  PetscCall(WarnOfOtherLaws(fault, rank));
-  PetscCall(WarnOfGradient(fault, rank));
+  for (PetscInt k = 0; (p = SlipFaultOwnRow(k, &law)) && !rank; k++) {
+    const char *own = fault->fields.source[FAULT_NUM_FIELDS + k];
+
+    if (law == fault->friction.law || (!own && isnan(fault->options.value[FAULT_NUM_REALS + k]))) continue;
+    PetscCall(SlipWarning("%s%s%s%s has no effect: it belongs to -%sfault_friction_law %s, but the law is %s",
+                          own ? own : "-", own ? ": /" : prefix, own ? "" : "fault_", p->name, prefix, law->name,
+                          fault->friction.law->name));
+  }
+  if (!rank && source &&
+      fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] != 0) { /* the field has all of the stress */
+    char option[128];
+    PetscBool set;
+
+    (void)snprintf(option, sizeof(option), "-%sfault_normal_stress_gradient", prefix);
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &set));
+    if (set)
+      PetscCall(
+        SlipWarning("%s has no effect: %s: /normal_stress has the normal stress of each cell. Add the gradient to it",
+                    option, source));
+  }
   if (!rank) PetscCall(SlipFaultWarnOfIdle(fault));
-  PetscCall(WarnOfRate(fault, rank));
-  PetscCall(WarnOfPlanes(fault, rank));
+  law = fault->friction.law;
+  /* friction without a length: TPV3 with such friction at a scale of 5 m/s, and more stress, slips by 0.13, 0.15 and
+     0.20 m in the mean with cells of 500, 250 and 125 m */
+  if (fault->kind.waves && law->by_rate && !law->nstates && !rank)
+    PetscCall(
+      SlipWarning("the strength of -%sfault_friction_law %s falls with the slip rate at once, over no length: how "
+                  "far a rupture runs depends on the size of the cells. Use slip weakening, or rate and state",
+                  prefix, law->name));
+  if (fault->mesh.planes > 1 && !fault->kind.coupled && !rank)
+    PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others, only "
+                          "their shear stress. Use -%sfault_normal_coupling yes to include it",
+                          prefix, fault->options.text[FAULT_MESH], prefix));
   PetscCall(WarnOfSteadyStart(fault, rank));
   PetscCall(WarnOfThickness(fault, rank));
   PetscCall(WarnOfMesh(fault, rank));
   if (!rank) PetscCall(SlipFaultResolutionWarn(fault));
-  PetscCall(TellOfImages(fault));
+  PetscCall(SlipElasticGetImages(fault->medium, &first, &last));
+  if (first < PETSC_MAX_REAL) /* a line, no warning: a run may end before, and the waves may be too weak */
+    PetscCall(PetscPrintf(fault->comm,
+                          "%-24s waves of periodic images arrive %.4g s after slip (-%sfault_waves_padding)\n",
+                          "images:", (double)first, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
