@@ -3,28 +3,19 @@
 #include <slipstep/private/slipmatcells.h>
 #include <string.h>
 
-/* Reads the file on rank 0, and broadcasts the kind of its cells. */
-static PetscErrorCode ReadFile(const SlipFaultMeshOptions *o, SlipFaultMeshFile *file)
-{
-  PetscErrorCode ierr = PETSC_SUCCESS;
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  if (!o->file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Comm_rank(o->comm, &rank));
-  if (!rank) ierr = SlipFaultMeshRead(o, file);
-  PetscCall(SlipErrorBcast(o->comm, ierr));
-  PetscCallMPI(MPI_Bcast(&file->triangles, 1, MPIU_BOOL, 0, o->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipFaultMeshCreate(const SlipFaultMeshOptions *o, SlipFaultMesh *mesh)
 {
   SlipFaultMeshFile file = {.n = 0};
-  PetscMPIInt size;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank, size;
 
   PetscFunctionBegin;
-  PetscCall(ReadFile(o, &file));
+  if (o->file[0]) {
+    PetscCallMPI(MPI_Comm_rank(o->comm, &rank));
+    if (!rank) ierr = SlipFaultMeshRead(o, &file);
+    PetscCall(SlipErrorBcast(o->comm, ierr));
+    PetscCallMPI(MPI_Bcast(&file.triangles, 1, MPIU_BOOL, 0, o->comm));
+  }
   mesh->comm = o->comm;
   mesh->kind = !o->file[0] ? &SlipFaultMeshGrid : file.triangles ? &SlipFaultMeshTriangles : &SlipFaultMeshList;
   PetscCall(mesh->kind->create(mesh, o, &file));

@@ -37,20 +37,6 @@ static PetscErrorCode StageFormBlocks(SlipStageContext *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
-{
-  const PetscReal *px;
-
-  PetscFunctionBegin;
-  PetscCall(StageFormBlocks(s));
-  PetscCall(SlipGatherGet(&s->gather, x, &px));
-  PetscCall(SlipCirculantApply(s->strike, 1, s->blocks, px, s->y));
-  PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
-  PetscCall(SlipGatherRestore(&s->gather, x, &px));
-  PetscCall(SlipGatherPut(&s->gather, s->y, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
 {
   PetscFunctionBegin;
@@ -72,22 +58,9 @@ static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes y = (mass / theta + radiation) W x + theta y. */
-static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
-{
-  const PetscReal diagonal = s->mass / s->theta + s->radiation;
-
-  PetscFunctionBegin;
-  if (s->weights) {
-    PetscCall(VecPointwiseMult(s->work, s->weights, x));
-    PetscCall(VecAXPBY(y, diagonal, s->theta, s->work));
-  } else
-    PetscCall(VecAXPBY(y, diagonal, s->theta, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
 {
+  const PetscReal *px;
   SlipStageContext *s;
 
   PetscFunctionBegin;
@@ -100,7 +73,12 @@ PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (s->strike) {
-    PetscCall(StageMultFused(s, x, y));
+    PetscCall(StageFormBlocks(s));
+    PetscCall(SlipGatherGet(&s->gather, x, &px));
+    PetscCall(SlipCirculantApply(s->strike, 1, s->blocks, px, s->y));
+    PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
+    PetscCall(SlipGatherRestore(&s->gather, x, &px));
+    PetscCall(SlipGatherPut(&s->gather, s->y, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (s->plane) {
@@ -109,7 +87,8 @@ PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatMult(s->K, x, y));
-  PetscCall(StageAddInertia(s, x, y));
+  if (s->weights) PetscCall(VecPointwiseMult(s->work, s->weights, x));
+  PetscCall(VecAXPBY(y, s->mass / s->theta + s->radiation, s->theta, s->weights ? s->work : x));
   if (s->mean > 0) {
     PetscCall(VecScale(y, s->mean));
     if (s->correction) PetscCall(SlipSecantAdd(s->correction, x, y));
