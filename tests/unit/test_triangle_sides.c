@@ -181,7 +181,7 @@ static void pairs(void **state)
       source[k] = &cell[k % 5 == 1 ? k - 1 : k]; /* some twice */
       if (k == 7) receiver[k] = source[k];
     }
-    SlipTriangleTractions(G, nu, (PetscBool)full, MANY, receiver, source, traction[0]);
+    SlipTriangleTractions(G, nu, (PetscBool)full, 1, MANY, receiver, source, traction[0]);
     for (int k = 0; k < MANY; k++) {
       const PetscReal *v = receiver[k]->vertices;
       PetscReal at[3], stress[6], t[3];
