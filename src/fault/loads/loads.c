@@ -215,8 +215,8 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
   PetscCall(PetscArrayzero(p, loads->n));
   if (loads->rows) SlipLoadsAddRecord(loads, t, p);
   if (loads->source.distance2) {
-    /* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]. A cell around the source gets the mean pressure over a disc of
-       equal area, for which r has a lower bound. */
+    /* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]. A cell around the source gets the mean pressure over a disc
+       of equal area, for which r has a lower bound. */
     SlipWorkAdd(SLIP_WORK_SOURCE, (PetscReal)loads->n * ((t > 0) + (stop > 0 && t > stop)));
     for (PetscInt i = 0; i < loads->n; i++) {
       if (t > 0) p[i] += scale * SlipExponentialIntegral(loads->source.distance2[i] / (4 * D * t));

@@ -32,9 +32,9 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
   PetscCall(SlipH5Close(&h));
   PetscCall(ierr);
   for (size_t k = 0; k < N * N; k++)
-    PetscCheck(isfinite((**entries)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+    PetscCheck(isfinite((*entries)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                "%s (-%sfault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, prefix, dataset,
-               k / N, k % N, (double)(**entries)[k]);
+               k / N, k % N, (double)(*entries)[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,6 +64,7 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
 {
   PetscReal mean_slip, mean_stress, thickness;
   PetscBool scale;
+  Vec along;
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(x));
@@ -72,7 +73,14 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   PetscCall(SlipFaultWeightedSum(fault, x, &mean_slip));
-  PetscCall(SumAlong(fault, sigma, &mean_stress));
+  if (fault->layout.components == 1)
+    PetscCall(VecSum(sigma, &mean_stress));
+  else {
+    PetscCall(VecDuplicate(sigma, &along));
+    PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, along));
+    PetscCall(VecDot(sigma, along, &mean_stress));
+    PetscCall(VecDestroy(&along));
+  }
   fault->operators.scaling = mean_slip * fault->options.value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
   PetscCall(SlipElasticScale(fault->medium, fault->operators.scaling));
   PetscCall(VecScale(x, 1 / fault->operators.scaling));
@@ -188,26 +196,6 @@ PetscErrorCode SlipFaultMediumCreate(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the medium the matrices of the mesh or of a file. */
-static PetscErrorCode FillMedium(SlipFault fault)
-{
-  Mat K = NULL, Kn = NULL;
-
-  PetscFunctionBegin;
-  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
-    PetscCall(SlipFaultLoadStiffness(fault, &K));
-  else
-    PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
-  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
-  PetscCall(MatSlipStiffnessSetFromOptions(K));
-  PetscCall(SlipFaultDeviceOperators(fault, K, Kn));
-  PetscCall(MatCreateVecs(K, &fault->critical.uc, &fault->stage.c));
-  PetscCall(SlipElasticSetStiffness(fault->medium, K, Kn));
-  PetscCall(MatDestroy(&K));
-  PetscCall(MatDestroy(&Kn));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collects the properties of the rock: impedance G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, where cp^2/cs^2
    = 2 (1 - nu)/(1 - 2 nu). */
 static SlipElasticRock Rock(SlipFault fault)
@@ -253,14 +241,24 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   SlipElasticGrid grid = Grid(fault);
   PetscBool traction, scaled;
   Vec normal;
-  Mat K;
+  Mat K = NULL, Kn = NULL;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall((*fault->told)(fault, "stiffness K"));
-  PetscCall(FillMedium(fault));
+  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
+    PetscCall(SlipFaultLoadStiffness(fault, &K));
+  else
+    PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
+  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
+  PetscCall(MatSlipStiffnessSetFromOptions(K));
+  PetscCall(SlipFaultDeviceOperators(fault, K, Kn));
+  PetscCall(MatCreateVecs(K, &fault->critical.uc, &fault->stage.c));
+  PetscCall(SlipElasticSetStiffness(fault->medium, K, Kn));
+  PetscCall(MatDestroy(&K));
+  PetscCall(MatDestroy(&Kn));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
   PetscCall(VecCreate(fault->comm, &fault->stage.s0));
