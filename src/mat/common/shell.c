@@ -32,8 +32,8 @@ static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates a shell with m local of M rows and n local of N columns, symmetric and assembled unless ops say otherwise, and
-   composes "MatConvert_<type>_dense_C"; it owns ctx, which its destroy operation frees. */
+/* Creates a shell with m local of M rows and n local of N columns, symmetric and assembled unless ops say otherwise,
+   and composes "MatConvert_<type>_dense_C"; it owns ctx, which its destroy operation frees. */
 PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N, const char type[],
                                      const SlipShellOps *ops, void *ctx, Mat *A)
 {

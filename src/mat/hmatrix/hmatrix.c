@@ -401,25 +401,6 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the diagonal of a square matrix. */
-static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
-{
-  const PetscReal unit = h->whole ? 0 : SlipCellsUnit(cells);
-  PetscReal *d, block[SLIP_KERNEL_BLOCK];
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S, &h->diagonal, NULL));
-  PetscCall(VecGetArrayWrite(h->diagonal, &d));
-  for (PetscInt i = h->gather.start; i < h->gather.end; i += h->rows) {
-    const PetscInt e = SlipCellsAt(cells, i / h->rows);
-
-    SlipCellsEntries(cells, unit, 1, &e, 1, &e, h->rows, block);
-    for (PetscInt c = 0; c < h->rows; c++) d[i - h->gather.start + c] = block[c * (h->rows + 1)];
-  }
-  PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates S, or if whole Kn. */
 PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, PetscBool whole,
                                       Mat *S)
@@ -474,6 +455,19 @@ PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, Pet
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
   PetscCall(PetscMalloc1(work, &h->t));
   PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
-  if (rows == columns) PetscCall(FillDiagonal(*S, h, cells));
+  if (rows == columns) {
+    const PetscReal unit = whole ? 0 : SlipCellsUnit(cells);
+    PetscReal *d, block[SLIP_KERNEL_BLOCK];
+
+    PetscCall(MatCreateVecs(*S, &h->diagonal, NULL));
+    PetscCall(VecGetArrayWrite(h->diagonal, &d));
+    for (PetscInt i = h->gather.start; i < h->gather.end; i += h->rows) {
+      const PetscInt e = SlipCellsAt(cells, i / h->rows);
+
+      SlipCellsEntries(cells, unit, 1, &e, 1, &e, h->rows, block);
+      for (PetscInt c = 0; c < h->rows; c++) d[i - h->gather.start + c] = block[c * (h->rows + 1)];
+    }
+    PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

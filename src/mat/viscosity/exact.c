@@ -49,24 +49,20 @@ static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal 
   PetscCallMPI(MPI_Comm_size(comm, &size));
   for (PetscInt parity = 0; parity < 2; parity++) {
     SlipLowRank *m = &c->correction[parity];
-    PetscReal smallest = PETSC_MAX_REAL, error = 0;
+    PetscReal smallest = PETSC_MAX_REAL, error = 0, *blocks = c->blocks;
+    SlipCirculant whole = c->strike;
+    const SlipGrid *g;
 
     if (!m->n || rank != parity % size) continue;
-    {
-      SlipCirculant whole = c->strike;
-      PetscReal *blocks = c->blocks;
-      const SlipGrid *g;
-
-      if (SlipCirculantPencil(c->strike)) {
-        SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
-        PetscCall(SlipCirculantCreate(PETSC_COMM_SELF, g, &whole));
-        PetscCall(SlipSpectralRootBlocks(whole, factor, scale, &blocks));
-      }
-      PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, tolerance, parity, &smallest, &error, m));
-      if (whole != c->strike) {
-        PetscCall(PetscFree(blocks));
-        PetscCall(SlipCirculantDestroy(&whole));
-      }
+    if (SlipCirculantPencil(c->strike)) {
+      SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
+      PetscCall(SlipCirculantCreate(PETSC_COMM_SELF, g, &whole));
+      PetscCall(SlipSpectralRootBlocks(whole, factor, scale, &blocks));
+    }
+    PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, tolerance, parity, &smallest, &error, m));
+    if (whole != c->strike) {
+      PetscCall(PetscFree(blocks));
+      PetscCall(SlipCirculantDestroy(&whole));
     }
     bad[0] = PetscMax(bad[0], -smallest);
     bad[1] = PetscMax(bad[1], error);

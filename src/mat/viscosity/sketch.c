@@ -149,20 +149,6 @@ static PetscErrorCode Enlarge(PetscReal **A, PetscInt old, PetscInt r, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes Y -= Q (Q' Y). */
-static PetscErrorCode Deflate(Sketch *s, PetscInt columns, PetscReal Y[])
-{
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  if (!s->r) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1((size_t)s->r * columns, &a));
-  PetscCall(Gemm("T", s->r, columns, s->n, 1, s->Q, s->n, Y, s->n, 0, a, s->r));
-  PetscCall(Gemm("N", s->n, columns, s->r, -1, s->Q, s->n, a, s->r, 1, Y, s->n));
-  PetscCall(PetscFree(a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the columns r ... r + columns of T and M, and their transposes. */
 static PetscErrorCode Project(Sketch *s, PetscInt columns)
 {
@@ -191,7 +177,7 @@ static PetscErrorCode Project(Sketch *s, PetscInt columns)
 static PetscErrorCode Grow(Sketch *s, PetscInt columns)
 {
   const PetscInt n = s->n, old = s->room;
-  PetscReal *Y;
+  PetscReal *Y, *a;
   PetscInt r, room, info;
 
   PetscFunctionBegin;
@@ -207,7 +193,12 @@ static PetscErrorCode Grow(Sketch *s, PetscInt columns)
   Y = s->Q + (size_t)s->r * s->n;
   PetscCall(SketchResidual(s, columns, Y));
   for (PetscInt pass = 0; pass < 2; pass++) {
-    PetscCall(Deflate(s, columns, Y));
+    if (s->r) {
+      PetscCall(PetscMalloc1((size_t)s->r * columns, &a));
+      PetscCall(Gemm("T", s->r, columns, s->n, 1, s->Q, s->n, Y, s->n, 0, a, s->r));
+      PetscCall(Gemm("N", s->n, columns, s->r, -1, s->Q, s->n, a, s->r, 1, Y, s->n));
+      PetscCall(PetscFree(a));
+    }
     PetscCall(SlipOrthonormalise((PetscBLASInt)s->n, (PetscBLASInt)columns, Y, NULL));
   }
   PetscCall(Project(s, columns));
