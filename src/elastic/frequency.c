@@ -36,48 +36,13 @@ static PetscErrorCode Multiply(Operator *A, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills each row with a random number in (-1, 1) of the cell's number, whatever the order and the owners of cells. */
-static PetscErrorCode FillStart(SlipElastic el, Vec x)
-{
-  PetscInt start, end;
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetOwnershipRange(x, &start, &end));
-  PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = 0; i < end - start; i++) {
-    const PetscInt row = el->number ? el->number[i / el->components] * el->components + i % el->components : start + i;
-    uint64_t seed = SlipHashBytes(SLIP_HASH_START, &row, sizeof(row));
-
-    SlipRandomFill(1, &a[i], &seed);
-  }
-  PetscCall(VecRestoreArrayWrite(x, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds the largest Ritz value and its residual; the matrix has alpha[m] on and beta[m - 1] beside its diagonal. */
-static PetscErrorCode LargestRitz(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal *value,
-                                  PetscReal *residual)
-{
-  PetscReal d[FREQUENCY_MOST], e[FREQUENCY_MOST], Z[FREQUENCY_MOST * FREQUENCY_MOST], work[2 * FREQUENCY_MOST];
-  PetscBLASInt n, info;
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(m, &n));
-  PetscCall(PetscArraycpy(d, alpha, m));
-  PetscCall(PetscArraycpy(e, beta, m));
-  SLIP_dstev("V", &n, d, e, Z, &n, work, &info);
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK stev: info %d", (int)info);
-  *value = d[m - 1];
-  *residual = beta[m - 1] * PetscAbsReal(Z[m * m - 1]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Lanczos' process starts from q and overwrites it; old and next are work vectors. */
 static PetscErrorCode LargestEigenvalue(Operator *A, Vec q, Vec old, Vec next, PetscReal *largest)
 {
   PetscReal alpha[FREQUENCY_MOST], beta[FREQUENCY_MOST], value = 0, residual = 0;
+  PetscReal d[FREQUENCY_MOST], e[FREQUENCY_MOST], Z[FREQUENCY_MOST * FREQUENCY_MOST], work[2 * FREQUENCY_MOST];
   PetscInt m = 0;
+  PetscBLASInt n, info;
 
   PetscFunctionBegin;
   PetscCall(VecNormalize(q, NULL));
@@ -92,7 +57,14 @@ static PetscErrorCode LargestEigenvalue(Operator *A, Vec q, Vec old, Vec next, P
     PetscCheck(!PetscIsInfOrNanReal(beta[m]), PetscObjectComm((PetscObject)A->el), PETSC_ERR_FP,
                "the stress that slip makes is not finite");
     m++;
-    PetscCall(LargestRitz(m, alpha, beta, &value, &residual));
+    /* the largest Ritz value and its residual; the matrix has alpha[m] on and beta[m - 1] beside its diagonal */
+    PetscCall(PetscBLASIntCast(m, &n));
+    PetscCall(PetscArraycpy(d, alpha, m));
+    PetscCall(PetscArraycpy(e, beta, m));
+    SLIP_dstev("V", &n, d, e, Z, &n, work, &info);
+    PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK stev: info %d", (int)info);
+    value = d[m - 1];
+    residual = beta[m - 1] * PetscAbsReal(Z[m * m - 1]);
     old = q;
     q = next;
     next = spare;
@@ -108,8 +80,9 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)el);
   Operator A = {.el = el, .t = el->past[1].t};
-  PetscReal largest;
+  PetscReal largest, *a;
   Vec work[4], root;
+  PetscInt start, end;
 
   PetscFunctionBegin;
   PetscCall(SlipRootWeights(el->K, &root, &A.inverse));
@@ -121,7 +94,16 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
     PetscCall(VecZeroEntries(work[3]));
     PetscCall(SlipElasticForce(el, A.t, work[3], NULL, A.offset, NULL));
   }
-  PetscCall(FillStart(el, work[0]));
+  /* random numbers in (-1, 1) of the cells' numbers, whatever the order and the owners of cells */
+  PetscCall(VecGetOwnershipRange(work[0], &start, &end));
+  PetscCall(VecGetArrayWrite(work[0], &a));
+  for (PetscInt i = 0; i < end - start; i++) {
+    const PetscInt row = el->number ? el->number[i / el->components] * el->components + i % el->components : start + i;
+    uint64_t seed = SlipHashBytes(SLIP_HASH_START, &row, sizeof(row));
+
+    SlipRandomFill(1, &a[i], &seed);
+  }
+  PetscCall(VecRestoreArrayWrite(work[0], &a));
   PetscCall(LargestEigenvalue(&A, work[0], work[1], work[2], &largest));
   PetscCheck(largest > 0, comm, PETSC_ERR_ARG_WRONG,
              "the stiffness has no positive eigenvalue (%g 1/s^2 over the mass): expected stress that resists slip",

@@ -93,20 +93,6 @@ PetscErrorCode SlipElasticScale(SlipElastic el, PetscReal factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode KeepNumbers(SlipElastic el, const PetscInt order[])
-{
-  PetscInt start, end;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRange(el->K, &start, &end));
-  start /= el->components;
-  end /= el->components;
-  PetscCall(PetscFree(el->number));
-  PetscCall(PetscMalloc1(end - start, &el->number));
-  PetscCall(PetscArraycpy(el->number, order + start, end - start));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
   SlipElasticSetUp - creates the viscosity and the stage operator of a medium
 
@@ -123,6 +109,7 @@ static PetscErrorCode KeepNumbers(SlipElastic el, const PetscInt order[])
 PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
 {
   PetscBool radiation;
+  PetscInt start, end;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
@@ -138,7 +125,14 @@ PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscCall(MatSlipStageSetFromOptions(el->B));
   el->mass = rock->mass;
   el->components = rock->components;
-  if (rock->order) PetscCall(KeepNumbers(el, rock->order));
+  if (rock->order) {
+    PetscCall(MatGetOwnershipRange(el->K, &start, &end));
+    start /= el->components;
+    end /= el->components;
+    PetscCall(PetscFree(el->number));
+    PetscCall(PetscMalloc1(end - start, &el->number));
+    PetscCall(PetscArraycpy(el->number, rock->order + start, end - start));
+  }
   if (el->ops->setup) PetscCall((*el->ops->setup)(el, rock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,26 +5,6 @@
 /* Largest accepted relative residual of K^-1 b: 1/1000 of the relative excess of the critical start over strength */
 #define SLIP_ELASTIC_RESIDUAL 1e-8
 
-/* One pass of iterative refinement: x += K^-1 (b - K x). */
-static PetscErrorCode Refine(SlipElastic el, KSP ksp, Vec b, Vec x)
-{
-  KSPConvergedReason reason;
-  Vec r, d;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetWork(el, 0, &r));
-  PetscCall(SlipElasticGetWork(el, 1, &d));
-  PetscCall(MatMult(el->K, x, r));
-  PetscCall(VecAYPX(r, -1, b));
-  PetscCall(KSPSolve(ksp, r, d));
-  PetscCall(KSPGetConvergedReason(ksp, &reason));
-  PetscCheck(reason > 0, PetscObjectComm((PetscObject)el), PETSC_ERR_NOT_CONVERGED,
-             "K^-1 q of the critical state was not found (%s): is the stiffness positive definite?",
-             KSPConvergedReasons[reason]);
-  PetscCall(VecAXPY(x, 1, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
   SlipElasticSolve - solves for the slip that balances a stress if all cells of the fault can slip freely
 
@@ -58,7 +38,8 @@ PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x)
   PetscInt rows;
   KSP ksp;
   PC pc;
-  Vec r;
+  Vec r, d;
+  KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
@@ -72,7 +53,19 @@ PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x)
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCSLIPSTAGE));
   PetscCall(KSPSetFromOptions(ksp));
-  for (PetscInt pass = 0; pass < 3; pass++) PetscCall(Refine(el, ksp, b, x));
+  for (PetscInt pass = 0; pass < 3; pass++) {
+    /* a pass of iterative refinement: x += K^-1 (b - K x) */
+    PetscCall(SlipElasticGetWork(el, 0, &r));
+    PetscCall(SlipElasticGetWork(el, 1, &d));
+    PetscCall(MatMult(el->K, x, r));
+    PetscCall(VecAYPX(r, -1, b));
+    PetscCall(KSPSolve(ksp, r, d));
+    PetscCall(KSPGetConvergedReason(ksp, &reason));
+    PetscCheck(reason > 0, PetscObjectComm((PetscObject)el), PETSC_ERR_NOT_CONVERGED,
+               "K^-1 q of the critical state was not found (%s): is the stiffness positive definite?",
+               KSPConvergedReasons[reason]);
+    PetscCall(VecAXPY(x, 1, d));
+  }
   PetscCall(KSPDestroy(&ksp));
   PetscCall(SlipElasticGetWork(el, 0, &r));
   PetscCall(MatMult(el->K, x, r));

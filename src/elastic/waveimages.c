@@ -108,19 +108,6 @@ static PetscReal Place(PetscReal i, PetscInt n, PetscBool mirror)
   return mirror ? (i + (PetscReal)0.5) / (PetscReal)n : 2 * (i + (PetscReal)0.5) / (PetscReal)n - 1;
 }
 
-static PetscErrorCode SetUpPolynomials(SlipWaveImages w)
-{
-  const PetscInt n[2] = {w->space->grid.nx, w->space->grid.nz};
-
-  PetscFunctionBegin;
-  for (int d = 0; d < 2; d++) {
-    PetscCall(PetscCalloc1(n[d] * LANES, &w->at[d]));
-    for (PetscInt i = 0; i < n[d]; i++)
-      Polynomials(Place((PetscReal)i, n[d], w->space->mirror), w->degrees, w->space->mirror, w->at[d] + i * LANES);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gauss' points, and the polynomials there [NODES][degrees], times the factors that make an integral an amplitude */
 static PetscErrorCode Quadrature(PetscInt nodes, PetscInt degrees, PetscBool even, PetscReal x[], PetscReal p[])
 {
@@ -214,6 +201,7 @@ static PetscErrorCode SetUpPlane(SlipWaveImages w, const SlipElasticRock *rock, 
 PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *rock, SlipWaveImages *images)
 {
   const PetscReal cs = PetscSqrtReal(rock->shear_modulus / rock->density);
+  const PetscInt n[2] = {space->grid.nx, space->grid.nz};
   SlipWaveImages w;
 
   PetscFunctionBegin;
@@ -226,7 +214,11 @@ PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *
     PetscCall(SetUpLine(w, cs));
   else
     PetscCall(SetUpPlane(w, rock, cs));
-  PetscCall(SetUpPolynomials(w));
+  for (int d = 0; d < 2; d++) {
+    PetscCall(PetscCalloc1(n[d] * LANES, &w->at[d]));
+    for (PetscInt i = 0; i < n[d]; i++)
+      Polynomials(Place((PetscReal)i, n[d], w->space->mirror), w->degrees, w->space->mirror, w->at[d] + i * LANES);
+  }
   PetscCall(PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * LANES, &w->rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

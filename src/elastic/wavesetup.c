@@ -81,21 +81,6 @@ static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the length of the memory, after which the slowest exponential of the longest wave has decayed. */
-static PetscErrorCode Longest(SlipWaves *w)
-{
-  PetscReal slowest = PETSC_MAX_REAL, k = PETSC_MAX_REAL;
-
-  PetscFunctionBegin;
-  for (PetscInt m = 0; m < w->kernels; m++)
-    for (PetscInt j = 0; j < w->memory[m].poles.n; j++) slowest = PetscMin(slowest, -w->memory[m].poles.s[2 * j]);
-  for (PetscInt i = 0; i < w->space->n; i++)
-    if (w->space->k[i] > 0) k = PetscMin(k, w->space->k[i]);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &k, 1, MPIU_REAL, MPIU_MIN, w->space->comm));
-  w->longest = FORGOTTEN / (slowest * k * w->cs);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sets up the kernels: of a plane those of mode II and mode III, of a line those of k and of 2 pi/dx -+ k (waves.c). */
 static PetscErrorCode SetUpKernels(SlipWaves *w, PetscReal ratio, PetscReal tolerance)
 {
@@ -135,6 +120,7 @@ static PetscErrorCode SetUpKernels(SlipWaves *w, PetscReal ratio, PetscReal tole
 PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
 {
   const PetscReal ratio = PetscSqrtReal(2 * (1 - rock->poisson_ratio) / (1 - 2 * rock->poisson_ratio));
+  PetscReal slowest = PETSC_MAX_REAL, k = PETSC_MAX_REAL;
   SlipWaves *w;
 
   PetscFunctionBegin;
@@ -154,7 +140,13 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
     PetscCall(SlipAllocate(SlipWavesNumbers(w), spectra[i]));
   PetscCall(SlipAllocate(SlipWavesSums(w), &w->next));
   PetscCall(MatCreateVecs(el->K, &w->last, &w->answer));
-  PetscCall(Longest(w));
+  /* the length of the memory, after which the slowest exponential of the longest wave has decayed */
+  for (PetscInt m = 0; m < w->kernels; m++)
+    for (PetscInt j = 0; j < w->memory[m].poles.n; j++) slowest = PetscMin(slowest, -w->memory[m].poles.s[2 * j]);
+  for (PetscInt i = 0; i < w->space->n; i++)
+    if (w->space->k[i] > 0) k = PetscMin(k, w->space->k[i]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &k, 1, MPIU_REAL, MPIU_MIN, w->space->comm));
+  w->longest = FORGOTTEN / (slowest * k * w->cs);
   w->least = w->space->line ? w->space->grid.size[1] / (2 * w->cs)
                             : PetscMin(w->space->grid.size[0], w->space->grid.size[1]) / (3 * w->cs);
   PetscFunctionReturn(PETSC_SUCCESS);

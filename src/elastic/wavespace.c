@@ -17,11 +17,18 @@ static PetscErrorCode Allocate(SlipWaveSpace s)
 
 /* ---- lines ---- */
 
-static PetscErrorCode ShareLine(SlipWaveSpace s, PetscInt waves, PetscInt *start)
+static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
 {
+  PetscInt waves, start;
   PetscMPIInt size, rank;
 
   PetscFunctionBegin;
+  s->mirror = s->grid.full_space ? PETSC_FALSE : PETSC_TRUE;
+  s->parts = s->mirror ? 1 : 2;
+  s->modes = 1;
+  s->length[0] = 1;
+  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nz));
+  waves = s->mirror ? s->length[1] : s->length[1] / 2 + 1;
   PetscCallMPI(MPI_Comm_size(s->comm, &size));
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
   PetscCall(PetscMalloc2(size, &s->counts, size, &s->starts));
@@ -31,22 +38,7 @@ static PetscErrorCode ShareLine(SlipWaveSpace s, PetscInt waves, PetscInt *start
     at += s->counts[r];
   }
   s->n = s->counts[rank];
-  *start = s->starts[rank];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
-{
-  PetscInt waves, start;
-
-  PetscFunctionBegin;
-  s->mirror = s->grid.full_space ? PETSC_FALSE : PETSC_TRUE;
-  s->parts = s->mirror ? 1 : 2;
-  s->modes = 1;
-  s->length[0] = 1;
-  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nz));
-  waves = s->mirror ? s->length[1] : s->length[1] / 2 + 1;
-  PetscCall(ShareLine(s, waves, &start));
+  start = s->starts[rank];
   PetscCall(Allocate(s));
   for (PetscInt i = 0; i < s->n; i++) {
     const PetscInt all = start + i;
@@ -116,12 +108,21 @@ static PetscErrorCode BackwardLine(SlipWaveSpace s, const PetscReal spectrum[])
 
 /* ---- planes ---- */
 
-/* Computes the size and direction of this process' wavenumbers, [waves along strike][length down dip]. */
-static PetscErrorCode SetUpWaves(SlipWaveSpace s)
+/* The period has the area of the fault times the square of padding, and images are equally far away on all sides. */
+static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
 {
-  const PetscInt first = s->pencil->layout.column_start, nz = s->length[1];
+  const PetscReal a = s->grid.size[0] * (PetscReal)s->grid.nx, b = s->grid.size[1] * (PetscReal)s->grid.nz;
+  const PetscReal gap = (PetscSqrtReal(PetscSqr(a + b) + 4 * (padding * padding - 1) * a * b) - a - b) / 2;
+  PetscInt waves, first, nz;
 
   PetscFunctionBegin;
+  s->parts = s->modes = 2;
+  s->length[0] = SlipGoodLength((PetscInt)PetscCeilReal((a + gap) / s->grid.size[0]));
+  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal((b + gap) / s->grid.size[1]));
+  PetscCall(SlipTransposedFFTCreate(s->comm, s->grid.nx, s->grid.nz, s->length[0], &s->pencil));
+  /* size and direction of this process' wavenumbers, [waves along strike][length down dip] */
+  first = s->pencil->layout.column_start;
+  nz = s->length[1];
   s->n = s->pencil->layout.columns * nz;
   PetscCall(Allocate(s));
   PetscCall(PetscMalloc2(s->n, &s->ex, s->n, &s->ez));
@@ -139,22 +140,6 @@ static PetscErrorCode SetUpWaves(SlipWaveSpace s)
     s->ex[i] = x >= PetscAbsReal(z) ? 1 : 0;
     s->ez[i] = 1 - s->ex[i];
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The period has the area of the fault times the square of padding, and images are equally far away on all sides. */
-static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
-{
-  const PetscReal a = s->grid.size[0] * (PetscReal)s->grid.nx, b = s->grid.size[1] * (PetscReal)s->grid.nz;
-  const PetscReal gap = (PetscSqrtReal(PetscSqr(a + b) + 4 * (padding * padding - 1) * a * b) - a - b) / 2;
-  PetscInt waves;
-
-  PetscFunctionBegin;
-  s->parts = s->modes = 2;
-  s->length[0] = SlipGoodLength((PetscInt)PetscCeilReal((a + gap) / s->grid.size[0]));
-  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal((b + gap) / s->grid.size[1]));
-  PetscCall(SlipTransposedFFTCreate(s->comm, s->grid.nx, s->grid.nz, s->length[0], &s->pencil));
-  PetscCall(SetUpWaves(s));
   waves = s->pencil->layout.columns;
   for (int c = 0; c < 2; c++) {
     const int length = (int)s->length[1];
@@ -201,48 +186,28 @@ static PetscErrorCode SetUpSlip(SlipWaveSpace s, const PetscReal rake[], Vec lik
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Transforms the field of direction c from real[c] to column[c]. */
-static PetscErrorCode ForwardOne(SlipWaveSpace s, int c)
-{
-  const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
-
-  PetscFunctionBegin;
-  PetscCall(SlipTransposedFFTForward(s->pencil, s->real[c]));
-  for (PetscInt k = 0; k < waves; k++) {
-    PetscReal *column = s->column[c] + 2 * (size_t)k * length;
-
-    PetscCall(PetscArraycpy(column, s->pencil->by_wave + 2 * (size_t)k * nz, 2 * nz));
-    PetscCall(PetscArrayzero(column + 2 * nz, 2 * (length - nz)));
-  }
-  if (waves) fftw_execute(s->plan[c][0]);
-  PetscCall(Count(s));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode BackwardOne(SlipWaveSpace s, int c)
-{
-  const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
-
-  PetscFunctionBegin;
-  if (waves) fftw_execute(s->plan[c][1]);
-  PetscCall(Count(s));
-  for (PetscInt k = 0; k < waves; k++)
-    PetscCall(PetscArraycpy(s->pencil->by_wave + 2 * (size_t)k * nz, s->column[c] + 2 * (size_t)k * length, 2 * nz));
-  PetscCall(SlipTransposedFFTBackward(s->pencil, 1 / (PetscReal)length, s->real[c]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ForwardPlane(SlipWaveSpace s, const PetscReal u[], PetscReal spectrum[])
 {
   const PetscInt rows = s->pencil->layout.rows * s->grid.nx, stride = s->stride;
   const PetscReal *x = s->column[0], *z = s->column[1];
+  const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < rows; i++) {
     s->real[0][i] = s->components == 1 ? s->ux[i] * u[i] : u[2 * i];
     s->real[1][i] = s->components == 1 ? s->uz[i] * u[i] : -u[2 * i + 1];
   }
-  for (int c = 0; c < 2; c++) PetscCall(ForwardOne(s, c));
+  for (int c = 0; c < 2; c++) {
+    PetscCall(SlipTransposedFFTForward(s->pencil, s->real[c]));
+    for (PetscInt k = 0; k < waves; k++) {
+      PetscReal *column = s->column[c] + 2 * (size_t)k * length;
+
+      PetscCall(PetscArraycpy(column, s->pencil->by_wave + 2 * (size_t)k * nz, 2 * nz));
+      PetscCall(PetscArrayzero(column + 2 * nz, 2 * (length - nz)));
+    }
+    if (waves) fftw_execute(s->plan[c][0]);
+    PetscCall(Count(s));
+  }
   for (PetscInt i = 0; i < s->n; i++)
     for (PetscInt p = 0; p < 2; p++) {
       spectrum[p * stride + i] = s->ex[i] * x[2 * i + p] + s->ez[i] * z[2 * i + p];
@@ -256,6 +221,7 @@ static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
 {
   const PetscInt stride = s->stride;
   PetscReal *x = s->column[0], *z = s->column[1];
+  const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < s->n; i++)
@@ -265,7 +231,13 @@ static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
       x[2 * i + p] = s->ex[i] * along - s->ez[i] * across;
       z[2 * i + p] = s->ez[i] * along + s->ex[i] * across;
     }
-  for (int c = 0; c < 2; c++) PetscCall(BackwardOne(s, c));
+  for (int c = 0; c < 2; c++) {
+    if (waves) fftw_execute(s->plan[c][1]);
+    PetscCall(Count(s));
+    for (PetscInt k = 0; k < waves; k++)
+      PetscCall(PetscArraycpy(s->pencil->by_wave + 2 * (size_t)k * nz, s->column[c] + 2 * (size_t)k * length, 2 * nz));
+    PetscCall(SlipTransposedFFTBackward(s->pencil, 1 / (PetscReal)length, s->real[c]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -153,15 +153,6 @@ static void PairOf(PetscReal dx, PetscReal dy, PetscReal a, PetscReal b, PetscRe
   p->nx = Differences(dx, a, a_source, p->touch, p->x, p->weight);
 }
 
-/* Returns the distance of a rectangle from the centre of another one. */
-static PetscReal Distance(const SlipRectangle *from, const SlipRectangle *to)
-{
-  const PetscReal x = PetscMax(0, PetscAbsReal(to->x - from->x) - 0.5 * to->length);
-  const PetscReal z = PetscMax(0, PetscAbsReal(to->z - from->z) - 0.5 * to->width);
-
-  return PetscSqrtReal(x * x + PetscSqr(to->y - from->y) + z * z);
-}
-
 /* Computes the force on the receiver by quadrature over it; the other, larger rectangle has exact stress. */
 static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, const SlipRectangle *s,
                           PetscBool full_space)
@@ -210,10 +201,13 @@ PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *rece
   const SlipRectangle *r = receiver, *s = source;
   const PetscReal area = r->length * r->width, dx = r->x - s->x, dy = r->y - s->y, dz = r->z - s->z;
   const SlipRectangle *small = area > s->length * s->width ? s : r, *large = small == r ? s : r;
+  const PetscReal x = PetscMax(0, PetscAbsReal(large->x - small->x) - 0.5 * large->length);
+  const PetscReal z = PetscMax(0, PetscAbsReal(large->z - small->z) - 0.5 * large->width);
   PetscReal sum, image[2];
   Pair p;
 
-  if (Distance(small, large) > FAR_SIDES * PetscMax(small->length, small->width))
+  /* the distance of the larger rectangle from the centre of the smaller one */
+  if (PetscSqrtReal(x * x + PetscSqr(large->y - small->y) + z * z) > FAR_SIDES * PetscMax(small->length, small->width))
     return FarForce(G, nu, small, large, full_space) / area;
   PairOf(dx, dy, r->length, r->width, s->length, s->width, core, &p);
   sum = DirectSum(&p, nu, dz, r->width, s->width);

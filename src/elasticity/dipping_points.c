@@ -58,20 +58,6 @@ static void PointOf(PetscBool full_space, const SlipDippingRectangle *r, const P
   p->rounding[k] = SLIP_ROUNDING * (own + PetscAbsReal(at[0]) + PetscAbsReal(at[1]) + PetscAbsReal(at[2]));
 }
 
-/* Converts some points, and checks that they are not above the ground. */
-static PetscErrorCode PointsOf(const SlipDipping *s, const SlipDippingRectangle *r, const PetscReal strike[2],
-                               PetscInt n, const PetscReal points[], SlipPlatePoints *p)
-{
-  PetscFunctionBegin;
-  p->n = n;
-  for (PetscInt k = 0; k < n; k++) {
-    PointOf(s->full_space, r, strike, points + 3 * k, k, p);
-    PetscCheck(s->full_space || points[3 * k + 2] >= -p->rounding[k], PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "A point lies %g m above the ground, expected below it", (double)-points[3 * k + 2]);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space, const SlipDippingRectangle *source,
                                              const PetscReal slip[3], PetscBool gradient, PetscInt n,
                                              const PetscReal points[], PetscReal out[])
@@ -90,7 +76,14 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
     PetscReal *const at[1] = {out + size * first};
     SlipPlatePoints p;
 
-    PetscCall(PointsOf(&s, source, strike, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
+    p.n = PetscMin(SLIP_LANES, n - first);
+    for (PetscInt k = 0; k < p.n; k++) {
+      const PetscReal *point = points + 3 * (first + k);
+
+      PointOf(full_space, source, strike, point, k, &p);
+      PetscCheck(full_space || point[2] >= -p.rounding[k], PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+                 "A point lies %g m above the ground, expected below it", (double)-point[2]);
+    }
     SlipDippingFields_Private(1, of, &p, gradient, at);
     for (PetscInt k = first; k < first + p.n; k++) SlipTurnOut(strike, gradient, out + size * k);
   }

@@ -264,6 +264,7 @@ static void Part(Integral *w, const PetscReal a[3], const PetscReal b[3], const 
   }
   if (ends) {
     const PetscInt second = (first + 1) % 3, third = (first + 2) % 3;
+    PetscReal fan[3][3];
 
     if (ends > 1) {
       const PetscInt rest = 3 - first - other;
@@ -273,16 +274,12 @@ static void Part(Integral *w, const PetscReal a[3], const PetscReal b[3], const 
       Part(w, m, v[other], v[rest], depth + 1);
       return;
     }
-    {
-      PetscReal fan[3][3];
-
-      for (int i = 0; i < 3; i++) {
-        fan[0][i] = v[first][i];
-        fan[1][i] = v[second][i];
-        fan[2][i] = v[third][i];
-      }
-      Fan(w, fan, depth);
+    for (int i = 0; i < 3; i++) {
+      fan[0][i] = v[first][i];
+      fan[1][i] = v[second][i];
+      fan[2][i] = v[third][i];
     }
+    Fan(w, fan, depth);
     return;
   }
   distance = FromLines(w, middle);
@@ -365,82 +362,44 @@ static void Force(PetscReal nu, PetscBool full_space, const Side *small, const S
 }
 
 /*
-  SlipTriangleAverage - computes averages over the receiver of the stress drop along the first of its directions and of
-  normal stress, for unit slip along the first direction of the source; core: core of edges that both share, over the
-  smaller of their heights on them
+  SlipTriangleAverage - computes averages over the receiver of the stress drop, for unit slip along the first direction
+  of the source and, of 2 or 3 slips, along the second and across it: [2][1] along the first of the receiver's
+  directions and normal, for several slips [3][slips] along both and normal; core: core of edges that both share, over
+  the smaller of their heights on them
 */
-void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
-                         const SlipTriangleCell *source, PetscReal core, PetscReal average[2])
+void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
+                         const SlipTriangleCell *receiver, const SlipTriangleCell *source, PetscReal core,
+                         PetscReal average[])
 {
-  static const PetscInt directions[2] = {0, 2};
-  PetscReal force[9];
-  Side to, from;
-
-  SideOf(receiver, 2, directions, full_space, &to);
-  SideOf(source, 1, directions, full_space, &from);
-  if (Larger(&to, &from))
-    Force(nu, full_space, &from, &to, core, force);
-  else
-    Force(nu, full_space, &to, &from, core, force);
-  for (int i = 0; i < 2; i++) average[i] = G / to.loop.area * force[i];
-}
-
-/*
-  SlipTriangleVectorAverage - computes averages over the receiver of the stress drop along both of its directions in the
-  plane and of normal stress, for unit slip along either of the source's, and for unit opening as the third of 3 slips,
-  [3][slips]; core as above
-*/
-void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
-                               const SlipTriangleCell *receiver, const SlipTriangleCell *source, PetscReal core,
-                               PetscReal average[])
-{
-  static const PetscInt directions[3] = {0, 1, 2};
+  static const PetscInt all[3] = {0, 1, 2}, scalar[2] = {0, 2};
+  const PetscInt rows = slips > 1 ? 3 : 2, *directions = slips > 1 ? all : scalar;
   PetscBool turned;
   PetscReal force[9];
   Side to, from;
 
-  SideOf(receiver, 3, directions, full_space, &to);
+  SideOf(receiver, rows, directions, full_space, &to);
   SideOf(source, slips, directions, full_space, &from);
   turned = Larger(&to, &from);
   Force(nu, full_space, turned ? &from : &to, turned ? &to : &from, core, force);
-  for (int i = 0; i < 3; i++)
+  for (PetscInt i = 0; i < rows; i++)
     for (PetscInt j = 0; j < slips; j++)
-      average[slips * i + j] = G / to.loop.area * force[turned ? 3 * j + i : slips * i + j];
+      average[slips * i + j] = G / to.loop.area * force[turned ? rows * j + i : slips * i + j];
 }
 
-static SlipTriangleLoop LoopOf(const SlipTriangleCell *cell)
+/*
+  SlipTriangleAverageEdge - computes the change of a cell's average on itself if its edge from vertex k to the next one
+  has ratio times the core along share of it: [slips][slips], in the plane, and across it for 3 slips
+*/
+void SlipTriangleAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell, PetscInt k,
+                             PetscReal share, PetscReal ratio, PetscReal edge[])
 {
+  const PetscReal *d = cell->directions;
   SlipTriangleLoop loop;
   PetscReal normal[3];
 
   SlipTriangleNormal(cell->vertices, normal);
   for (int i = 0; i < 9; i++) loop.vertices[i] = cell->vertices[i];
   loop.area = 0.5 * PetscSqrtReal(SlipDot(normal, normal));
-  return loop;
-}
-
-/*
-  SlipTriangleAverageEdge - computes the change of a cell's average on itself if its edge from vertex k to the next one
-  has ratio times the core along share of it
-*/
-PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k, PetscReal share,
-                                  PetscReal ratio)
-{
-  const SlipTriangleLoop loop = LoopOf(cell);
-  const PetscReal *a = cell->directions;
-
-  return G / (4 * PETSC_PI * loop.area) * SlipTriangleLoopEdge(nu, &loop, a, a, k, share, ratio);
-}
-
-/*
-  SlipTriangleVectorAverageEdge - computes the same in the plane, and across it for 3 slips, [slips][slips]
-*/
-void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell, PetscInt k,
-                                   PetscReal share, PetscReal ratio, PetscReal edge[])
-{
-  const SlipTriangleLoop loop = LoopOf(cell);
-  const PetscReal *d = cell->directions;
-
   for (PetscInt i = 0; i < slips; i++)
     for (PetscInt j = 0; j < slips; j++)
       edge[slips * i + j] =

@@ -198,11 +198,13 @@ PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_spac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the traction [n][slips][3] along the directions of each receiver, at its centroid, by unit slip along the
-   first directions of its own source. */
-static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
-                      const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
-                      PetscReal traction[])
+/*
+  SlipTriangleTractions - computes the traction [n][slips][3] along the directions of each receiver, at its centroid, by
+  unit slip along the first 1 to 3 directions of its own source: both in the plane, and opening
+*/
+void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
+                           const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
+                           PetscReal traction[])
 {
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     const SlipTriangle *all[3][SLIP_LANES], *const *const of[3] = {all[0], all[1], all[2]};
@@ -238,26 +240,4 @@ static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt 
         SlipStressTraction(1, stress, receiver[first + k]->directions, traction + 3 * (slips * (first + k) + m));
       }
   }
-}
-
-/*
-  SlipTriangleTractions - computes the traction [n][3] along the directions of each receiver, at its centroid, by unit
-  slip along the first direction of its own source
-*/
-void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
-                           const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
-                           PetscReal traction[])
-{
-  Tractions(G, nu, full_space, 1, n, receiver, source, traction);
-}
-
-/*
-  SlipTriangleVectorTractions - computes the traction [n][slips][3] in the same way, by unit slip along the first 2 or 3
-  directions of its own source: both in the plane, and opening
-*/
-void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
-                                 const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
-                                 PetscReal traction[])
-{
-  Tractions(G, nu, full_space, slips, n, receiver, source, traction);
 }

@@ -191,11 +191,38 @@ static void Bind(const SlipWavePoles *p, PetscInt k, PetscReal c[2])
   c[1] = -(k % 2 ? y : x) / square; /* Re -a/s */
 }
 
-/* Makes the least change of the amplitudes with which they satisfy both constraints exactly. */
-static void Project(SlipWavePoles *p, const PetscReal to[2])
+static PetscErrorCode FindAmplitudes(const Fit *fit, const PetscReal T[], const PetscReal W[], PetscReal A[],
+                                     PetscReal work[], PetscBLASInt size, SlipWavePoles *p)
 {
+  const PetscReal to[2] = {SlipWaveStatic(fit->mode, (PetscReal)fit->ratio), 1};
+  PetscBLASInt rows = TIMES + 2, columns = (PetscBLASInt)(2 * p->n), one = 1, rank, info;
+  PetscReal s[2 * SLIP_WAVE_MOST_POLES], b[TIMES + 2], cutoff = (PetscReal)CUTOFF;
   PetscReal G[3] = {0, 0, 0}, off[2] = {to[0], to[1]}, c[2], x[2], det;
 
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < p->n; k++)
+    for (PetscInt i = 0; i < TIMES; i++) {
+      const PetscReal size = PetscExpReal(p->s[2 * k] * T[i]), turn = p->s[2 * k + 1] * T[i];
+
+      A[i + rows * 2 * k] = size * PetscCosReal(turn);
+      A[i + rows * (2 * k + 1)] = -size * PetscSinReal(turn);
+    }
+  for (PetscInt k = 0; k < 2 * p->n; k++) {
+    PetscReal c[2];
+
+    Bind(p, k, c);
+    if (k % 2 && p->s[k] == 0) c[1] = 0;
+    A[TIMES + rows * k] = (PetscReal)BOUND * c[0];
+    A[TIMES + 1 + rows * k] = (PetscReal)BOUND * c[1];
+  }
+  PetscCall(PetscArraycpy(b, W, TIMES));
+  for (int i = 0; i < 2; i++) b[TIMES + i] = (PetscReal)BOUND * to[i];
+  PetscCallBLAS("LAPACKgelss",
+                LAPACKgelss_(&rows, &columns, &one, A, &rows, b, &rows, s, &cutoff, &rank, work, &size, &info));
+  PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK's gelss returned %d", (int)info);
+  PetscCall(PetscArraycpy(p->a, b, 2 * p->n));
+  for (PetscInt k = 0; k < p->n; k++)
+    if (p->s[2 * k + 1] == 0) p->a[2 * k + 1] = 0;
   for (PetscInt k = 0; k < 2 * p->n; k++) {
     if (k % 2 && p->s[k] == 0) continue;
     Bind(p, k, c);
@@ -213,46 +240,6 @@ static void Project(SlipWavePoles *p, const PetscReal to[2])
     Bind(p, k, c);
     p->a[k] += c[0] * x[0] + c[1] * x[1];
   }
-}
-
-/* Sets A [rows][2 n] by columns: the exponentials at all times, and two rows of constraints. */
-static void SetExponentials(const SlipWavePoles *p, PetscBLASInt rows, const PetscReal T[], PetscReal A[])
-{
-  for (PetscInt k = 0; k < p->n; k++)
-    for (PetscInt i = 0; i < TIMES; i++) {
-      const PetscReal size = PetscExpReal(p->s[2 * k] * T[i]), turn = p->s[2 * k + 1] * T[i];
-
-      A[i + rows * 2 * k] = size * PetscCosReal(turn);
-      A[i + rows * (2 * k + 1)] = -size * PetscSinReal(turn);
-    }
-  for (PetscInt k = 0; k < 2 * p->n; k++) {
-    PetscReal c[2];
-
-    Bind(p, k, c);
-    if (k % 2 && p->s[k] == 0) c[1] = 0;
-    A[TIMES + rows * k] = (PetscReal)BOUND * c[0];
-    A[TIMES + 1 + rows * k] = (PetscReal)BOUND * c[1];
-  }
-}
-
-static PetscErrorCode FindAmplitudes(const Fit *fit, const PetscReal T[], const PetscReal W[], PetscReal A[],
-                                     PetscReal work[], PetscBLASInt size, SlipWavePoles *p)
-{
-  const PetscReal to[2] = {SlipWaveStatic(fit->mode, (PetscReal)fit->ratio), 1};
-  PetscBLASInt rows = TIMES + 2, columns = (PetscBLASInt)(2 * p->n), one = 1, rank, info;
-  PetscReal s[2 * SLIP_WAVE_MOST_POLES], b[TIMES + 2], cutoff = (PetscReal)CUTOFF;
-
-  PetscFunctionBegin;
-  SetExponentials(p, rows, T, A);
-  PetscCall(PetscArraycpy(b, W, TIMES));
-  for (int i = 0; i < 2; i++) b[TIMES + i] = (PetscReal)BOUND * to[i];
-  PetscCallBLAS("LAPACKgelss",
-                LAPACKgelss_(&rows, &columns, &one, A, &rows, b, &rows, s, &cutoff, &rank, work, &size, &info));
-  PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK's gelss returned %d", (int)info);
-  PetscCall(PetscArraycpy(p->a, b, 2 * p->n));
-  for (PetscInt k = 0; k < p->n; k++)
-    if (p->s[2 * k + 1] == 0) p->a[2 * k + 1] = 0;
-  Project(p, to);
   p->error = 0;
   for (PetscInt i = 0; i < TIMES; i++)
     p->error = PetscMax(p->error, PetscAbsReal(SlipWavePolesEvaluate(p, T[i]) - W[i]));

@@ -16,14 +16,6 @@ static int Compare(const void *a, const void *b)
   return p < q ? -1 : p > q;
 }
 
-/* Returns the position of a label, which exists, among all labels. */
-static PetscInt Find(const SlipFaultMesh *mesh, PetscInt label)
-{
-  const PetscInt *found = bsearch(&label, mesh->labels, (size_t)mesh->faults, sizeof(label), Compare);
-
-  return (PetscInt)(found - mesh->labels);
-}
-
 /* Sets faults, labels and fault of a mesh, and mesh->label if a list has no /fault. Collective. */
 PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o)
 {
@@ -42,6 +34,10 @@ PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipFaultMeshOptio
              o->prefix, mesh->faults, MESH_MOST_FAULTS);
   if (mesh->faults == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(mesh->N, &mesh->fault));
-  for (PetscInt e = 0; e < mesh->N; e++) mesh->fault[e] = Find(mesh, mesh->label[e]);
+  for (PetscInt e = 0; e < mesh->N; e++) {
+    const PetscInt *found = bsearch(&mesh->label[e], mesh->labels, (size_t)mesh->faults, sizeof(*found), Compare);
+
+    mesh->fault[e] = (PetscInt)(found - mesh->labels);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -59,24 +59,6 @@ static void Cell_Grid(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
   SlipFaultCellDirections(e[MESH_STRIKE], e[MESH_DIP], cell);
 }
 
-static PetscErrorCode Stiffness_Dipping(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, const SlipGrid *grid,
-                                        Mat *K, Mat *Kn)
-{
-  SlipDippingGrid dipping = {.grid = *grid, .dip = mesh->extent[MESH_DIP], .tolerance = s->tolerance};
-  PetscReal *rake;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(mesh->N, &rake));
-  PetscCall(SlipFaultGatherAll(mesh, s->rake, rake));
-  dipping.rake = rake;
-  if (s->kernel.type->components > 1)
-    PetscCall(MatCreateSlipDippingVectorStiffness(mesh->comm, &dipping, s->type, K, Kn));
-  else
-    PetscCall(MatCreateSlipDippingStiffness(mesh->comm, &dipping, s->type, K, Kn));
-  PetscCall(PetscFree(rake));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates the stiffness: from cells for hierarchical storage, otherwise from the grid. */
 static PetscErrorCode Stiffness_Grid(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, Mat *K, Mat *Kn)
 {
@@ -86,11 +68,20 @@ static PetscErrorCode Stiffness_Grid(const SlipFaultMesh *mesh, const SlipFaultS
                    .length_x = mesh->extent[MESH_LENGTH_X],
                    .length_z = mesh->extent[MESH_LENGTH_Z],
                    .depth_top = mesh->extent[MESH_DEPTH_TOP]};
+  SlipDippingGrid dipping = {.grid = grid, .dip = mesh->extent[MESH_DIP], .tolerance = s->tolerance};
   PetscBool hmat;
+  PetscReal *rake;
 
   PetscFunctionBegin;
   if (s->dipping) {
-    PetscCall(Stiffness_Dipping(mesh, s, &grid, K, Kn));
+    PetscCall(PetscMalloc1(mesh->N, &rake));
+    PetscCall(SlipFaultGatherAll(mesh, s->rake, rake));
+    dipping.rake = rake;
+    if (s->kernel.type->components > 1)
+      PetscCall(MatCreateSlipDippingVectorStiffness(mesh->comm, &dipping, s->type, K, Kn));
+    else
+      PetscCall(MatCreateSlipDippingStiffness(mesh->comm, &dipping, s->type, K, Kn));
+    PetscCall(PetscFree(rake));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscStrcmp(s->type, "hmat", &hmat));

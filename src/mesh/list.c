@@ -107,29 +107,6 @@ static void Extents_List(SlipFaultMesh *mesh)
   mesh->extent[MESH_DIP] = dip;
 }
 
-/* Broadcasts what rank 0 has read: columns, and labels if the file names faults. */
-static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipKernel *kernel, const SlipFaultMeshFile *m)
-{
-  PetscReal *column[MESH_COLUMNS];
-  PetscInt sizes[3] = {m->n, m->columns, m->label ? 1 : 0};
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
-  PetscCallMPI(MPI_Bcast(sizes, 3, MPIU_INT, 0, mesh->comm));
-  PetscCall(SlipFaultCellsCreate(kernel, sizes[0], sizes[1], &mesh->cells, column));
-  mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* the option's own check refuses others later */
-  for (PetscInt k = 0; k < sizes[1]; k++) {
-    for (PetscInt i = 0; !rank && i < m->n; i++) column[k][i] = m->rows[(size_t)i * m->columns + k];
-    PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)sizes[0], MPIU_REAL, 0, mesh->comm));
-  }
-  mesh->labelled = sizes[2] ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
-  if (m->label) PetscCall(PetscArraycpy(mesh->label, m->label, m->n));
-  if (mesh->labelled) PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Distributes the cells over processes and computes the mean cell. */
 PetscErrorCode SlipFaultCellsShare(SlipFaultMesh *mesh, const char type[])
 {
@@ -147,10 +124,25 @@ PetscErrorCode SlipFaultCellsShare(SlipFaultMesh *mesh, const char type[])
 
 static PetscErrorCode Create_List(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, const SlipFaultMeshFile *file)
 {
+  PetscInt sizes[3] = {file->n, file->columns, file->label ? 1 : 0};
   char source[PETSC_MAX_PATH_LEN + 64];
+  PetscReal *column[MESH_COLUMNS];
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
-  PetscCall(Take(mesh, &o->rectangles, file));
+  /* broadcast what rank 0 has read: columns, and labels if the file names faults */
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  PetscCallMPI(MPI_Bcast(sizes, 3, MPIU_INT, 0, mesh->comm));
+  PetscCall(SlipFaultCellsCreate(&o->rectangles, sizes[0], sizes[1], &mesh->cells, column));
+  mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* the option's own check refuses others later */
+  for (PetscInt k = 0; k < sizes[1]; k++) {
+    for (PetscInt i = 0; !rank && i < file->n; i++) column[k][i] = file->rows[(size_t)i * file->columns + k];
+    PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)sizes[0], MPIU_REAL, 0, mesh->comm));
+  }
+  mesh->labelled = sizes[2] ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
+  if (file->label) PetscCall(PetscArraycpy(mesh->label, file->label, file->n));
+  if (mesh->labelled) PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", o->file, o->prefix));
   mesh->cells.number = file->number; /* numbers of the file, on the rank that prints errors */
   PetscCall(SlipCellsCheck(mesh->comm, &mesh->cells, source));

@@ -47,19 +47,6 @@ static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static PetscErrorCode EdgesCreate(const SlipFaultMeshFile *m, Edge **edge)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(3 * (size_t)m->n, edge));
-  for (PetscInt e = 0; e < 3 * m->n; e++) {
-    const PetscInt a = m->corner[e], b = m->corner[e - e % 3 + (e + 1) % 3];
-
-    (*edge)[e] = (Edge){PetscMin(a, b), PetscMax(a, b), e / 3, a < b ? PETSC_TRUE : PETSC_FALSE};
-  }
-  qsort(*edge, 3 * (size_t)m->n, sizeof(**edge), Compare);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Returns one past the last triangle at edge k. */
 static PetscInt End(const SlipFaultMeshFile *m, const Edge edge[], PetscInt k)
 {
@@ -123,31 +110,6 @@ typedef struct {
   PetscBool same;
 } Across;
 
-static PetscErrorCode AcrossCreate(const SlipFaultMeshFile *m, const Edge edge[], Across **across)
-{
-  PetscInt *filled;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(3 * (size_t)m->n, across));
-  PetscCall(PetscCalloc1(m->n, &filled));
-  for (PetscInt first = 0, end; first < 3 * m->n; first = end) {
-    const Edge *a = &edge[first], *b = a + 1;
-
-    end = End(m, edge, first);
-    if (end - first != 2 || (m->label && m->label[a->triangle] != m->label[b->triangle])) continue;
-    for (int k = 0; k < 2; k++) {
-      const Edge *own = k ? b : a, *other = k ? a : b;
-
-      (*across)[3 * own->triangle + filled[own->triangle]++] =
-        (Across){other->triangle, a->forward != b->forward ? PETSC_TRUE : PETSC_FALSE};
-    }
-  }
-  for (PetscInt i = 0; i < m->n; i++)
-    while (filled[i] < 3) (*across)[3 * i + filled[i]++] = (Across){-1, PETSC_TRUE};
-  PetscCall(PetscFree(filled));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes twice the area times the normal around which the vertices go. */
 static void Normal(const SlipFaultMeshFile *m, PetscInt i, PetscReal normal[3])
 {
@@ -159,14 +121,6 @@ static void Normal(const SlipFaultMeshFile *m, PetscInt i, PetscReal normal[3])
 
     normal[k] = (q[x] - p[x]) * (r[y] - p[y]) - (q[y] - p[y]) * (r[x] - p[x]);
   }
-}
-
-static void Turn(SlipFaultMeshFile *m, PetscInt i)
-{
-  PetscInt *c = m->corner + 3 * (size_t)i, second = c[1];
-
-  c[1] = c[2];
-  c[2] = second;
 }
 
 /* Finds the *n triangles of the surface of queue[0], turns them as the first one, and adds up their normals. turned
@@ -225,8 +179,13 @@ static PetscErrorCode Orient(const char source[], SlipFaultMeshFile *m, const Ac
     if (PetscAbsReal(normal[2]) < VERTICAL) normal[2] = 0;
     if (normal[2] == 0 && PetscAbsReal(normal[0]) < VERTICAL) normal[0] = 0;
     over = SlipHangingWall(normal) ? 0 : 1;
-    for (PetscInt k = 0; k < n; k++)
-      if (turned[queue[k]] != over) Turn(m, queue[k]);
+    for (PetscInt k = 0; k < n; k++) {
+      PetscInt *c = m->corner + 3 * (size_t)queue[k], second = c[1];
+
+      if (turned[queue[k]] == over) continue;
+      c[1] = c[2];
+      c[2] = second;
+    }
   }
   PetscCall(PetscFree2(turned, queue));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -272,11 +231,34 @@ PetscErrorCode SlipFaultTrianglesOrient(const char source[], SlipFaultMeshFile *
 {
   Across *across;
   Edge *edge;
+  PetscInt *filled;
 
   PetscFunctionBegin;
-  PetscCall(EdgesCreate(m, &edge));
+  PetscCall(PetscMalloc1(3 * (size_t)m->n, &edge));
+  for (PetscInt e = 0; e < 3 * m->n; e++) {
+    const PetscInt a = m->corner[e], b = m->corner[e - e % 3 + (e + 1) % 3];
+
+    edge[e] = (Edge){PetscMin(a, b), PetscMax(a, b), e / 3, a < b ? PETSC_TRUE : PETSC_FALSE};
+  }
+  qsort(edge, 3 * (size_t)m->n, sizeof(*edge), Compare);
   PetscCall(CheckFolds(source, m, edge));
-  PetscCall(AcrossCreate(m, edge, &across));
+  PetscCall(PetscMalloc1(3 * (size_t)m->n, &across));
+  PetscCall(PetscCalloc1(m->n, &filled));
+  for (PetscInt first = 0, end; first < 3 * m->n; first = end) {
+    const Edge *a = &edge[first], *b = a + 1;
+
+    end = End(m, edge, first);
+    if (end - first != 2 || (m->label && m->label[a->triangle] != m->label[b->triangle])) continue;
+    for (int k = 0; k < 2; k++) {
+      const Edge *own = k ? b : a, *other = k ? a : b;
+
+      across[3 * own->triangle + filled[own->triangle]++] =
+        (Across){other->triangle, a->forward != b->forward ? PETSC_TRUE : PETSC_FALSE};
+    }
+  }
+  for (PetscInt i = 0; i < m->n; i++)
+    while (filled[i] < 3) across[3 * i + filled[i]++] = (Across){-1, PETSC_TRUE};
+  PetscCall(PetscFree(filled));
   PetscCall(Orient(source, m, across));
   PetscCall(PetscFree(across));
   if (!m->label) PetscCall(LabelPieces(m, edge));

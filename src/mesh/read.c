@@ -20,36 +20,6 @@ typedef struct {
   PetscBool known;            /* an option gives the unit */
 } Ways;
 
-static PetscErrorCode WaysOf(const char frame[], const char unit[], Ways *w)
-{
-  PetscFunctionBegin;
-  w->framed = strcmp(frame, "auto") ? PETSC_TRUE : PETSC_FALSE;
-  w->east = frame[0] == 'e' ? PETSC_TRUE : PETSC_FALSE; /* enu, end */
-  w->up = strcmp(frame, "enu") ? PETSC_FALSE : PETSC_TRUE;
-  w->unit = strcmp(unit, "km") ? 1 : 1000;
-  w->known = strcmp(unit, "auto") ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Checks that rows can be metres and degrees. SlipCellsCheck() refuses cells for which no stiffness can be computed. */
-static PetscErrorCode CheckRows(const char source[], const SlipFaultMeshFile *m)
-{
-  static const char *const name[MESH_COLUMNS] = {"x", "y", "z", "length", "width", "strike", "dip"};
-  static const PetscReal limit[] = {MESH_MAX_REACH, MESH_MAX_REACH, MESH_MAX_DEPTH, MESH_MAX_REACH, MESH_MAX_DEPTH};
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < m->n; i++) {
-    const PetscReal *row = m->rows + (size_t)i * m->columns;
-
-    for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++)
-      PetscCheck(!(PetscAbsReal(row[k]) > limit[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-                 "%s: row %" PetscInt_FMT " of " MESH_DATASET
-                 " has %s = %.6g, expected metres of a fault, at most %.6g",
-                 source, i, name[k], (double)row[k], (double)limit[k]);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Converts the file's vertices to metres north, east and down, and checks that they can be that. */
 static PetscErrorCode TakeVertices(const char source[], const Ways *ways, PetscBool gmsh, SlipFaultMeshFile *m)
 {
@@ -177,28 +147,6 @@ static PetscErrorCode ReadLabels(SlipH5 *h, SlipFaultMeshFile *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadHDF5(const SlipFaultMeshOptions *o, SlipFaultMeshFile *m)
-{
-  PetscBool cells, vertices;
-  SlipH5 h;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5OpenReadOption(o->prefix, "fault_mesh", o->file, &h));
-  PetscCall(SlipH5Has(&h, MESH_TRIANGLES, &m->triangles));
-  PetscCall(SlipH5Has(&h, MESH_VERTICES, &vertices));
-  PetscCall(SlipH5Has(&h, MESH_DATASET, &cells));
-  PetscCheck(vertices == m->triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s%s holds %s but no %s, expected both", h.name, h.source, vertices ? MESH_VERTICES : MESH_TRIANGLES,
-             vertices ? MESH_TRIANGLES : MESH_VERTICES);
-  PetscCheck(!cells || !m->triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s%s holds " MESH_DATASET " and " MESH_TRIANGLES ", expected rectangles or triangles", h.name, h.source);
-  if (cells || m->triangles) PetscCall(SlipH5CheckNames(&h, o->fields));
-  PetscCall((m->triangles ? ReadTriangles : ReadCells)(&h, m));
-  PetscCall(ReadLabels(&h, m));
-  PetscCall(SlipH5Close(&h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds out from its first words or its name whether it is a file of Gmsh. */
 static PetscErrorCode IsGmsh(const char name[], PetscBool *gmsh)
 {
@@ -239,21 +187,41 @@ static PetscErrorCode CheckHDF5(const char name[], const char source[])
 
 PetscErrorCode SlipFaultMeshRead(const SlipFaultMeshOptions *o, SlipFaultMeshFile *m)
 {
+  static const char *const column[] = {"x", "y", "z", "length", "width"};
+  static const PetscReal limit[] = {MESH_MAX_REACH, MESH_MAX_REACH, MESH_MAX_DEPTH, MESH_MAX_REACH, MESH_MAX_DEPTH};
   const char *name = o->file, *prefix = o->prefix;
   char source[PETSC_MAX_PATH_LEN + 64];
-  PetscBool gmsh;
+  PetscBool gmsh, cells, vertices;
   Ways ways;
+  SlipH5 h;
 
   PetscFunctionBegin;
   *m = (SlipFaultMeshFile){.n = 0};
   (void)snprintf(source, sizeof(source), "%s (-%sfault_mesh)", name, prefix);
-  PetscCall(WaysOf(o->frame, o->unit, &ways));
+  ways.framed = strcmp(o->frame, "auto") ? PETSC_TRUE : PETSC_FALSE;
+  ways.east = o->frame[0] == 'e' ? PETSC_TRUE : PETSC_FALSE; /* enu, end */
+  ways.up = strcmp(o->frame, "enu") ? PETSC_FALSE : PETSC_TRUE;
+  ways.unit = strcmp(o->unit, "km") ? 1 : 1000;
+  ways.known = strcmp(o->unit, "auto") ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(IsGmsh(name, &gmsh));
   if (gmsh)
     PetscCall(SlipFaultMeshReadGmsh(name, source, m));
   else {
     PetscCall(CheckHDF5(name, source));
-    PetscCall(ReadHDF5(o, m));
+    PetscCall(SlipH5OpenReadOption(o->prefix, "fault_mesh", o->file, &h));
+    PetscCall(SlipH5Has(&h, MESH_TRIANGLES, &m->triangles));
+    PetscCall(SlipH5Has(&h, MESH_VERTICES, &vertices));
+    PetscCall(SlipH5Has(&h, MESH_DATASET, &cells));
+    PetscCheck(vertices == m->triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s%s holds %s but no %s, expected both", h.name, h.source, vertices ? MESH_VERTICES : MESH_TRIANGLES,
+               vertices ? MESH_TRIANGLES : MESH_VERTICES);
+    PetscCheck(!cells || !m->triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s%s holds " MESH_DATASET " and " MESH_TRIANGLES ", expected rectangles or triangles", h.name,
+               h.source);
+    if (cells || m->triangles) PetscCall(SlipH5CheckNames(&h, o->fields));
+    PetscCall((m->triangles ? ReadTriangles : ReadCells)(&h, m));
+    PetscCall(ReadLabels(&h, m));
+    PetscCall(SlipH5Close(&h));
   }
   if (m->sides) {
     PetscCall(SlipFaultMeshUseVertices(source, m));
@@ -264,7 +232,15 @@ PetscErrorCode SlipFaultMeshRead(const SlipFaultMeshOptions *o, SlipFaultMeshFil
                source, prefix);
     for (PetscInt i = 0; i < m->n && ways.unit != 1; i++)
       for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++) m->rows[(size_t)i * m->columns + k] *= ways.unit;
-    PetscCall(CheckRows(source, m));
+    for (PetscInt i = 0; i < m->n; i++) /* SlipCellsCheck() refuses cells for which no stiffness can be computed */
+      for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++) {
+        const PetscReal number = m->rows[(size_t)i * m->columns + k];
+
+        PetscCheck(!(PetscAbsReal(number) > limit[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+                   "%s: row %" PetscInt_FMT " of " MESH_DATASET
+                   " has %s = %.6g, expected metres of a fault, at most %.6g",
+                   source, i, column[k], (double)number, (double)limit[k]);
+      }
   }
   PetscCall(SlipFaultMeshCheckUnit(prefix, source, m->metres || ways.known ? PETSC_TRUE : PETSC_FALSE, ways.framed, m));
   if (m->sides == 4) PetscCall(SlipFaultMeshRectangles(source, m));

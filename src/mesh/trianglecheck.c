@@ -180,11 +180,14 @@ static int CompareSorted(const void *a, const void *b)
   return p->triangle < q->triangle ? -1 : p->triangle > q->triangle;
 }
 
-static PetscErrorCode CheckTwice(const char source[], const SlipFaultMeshFile *m)
+PetscErrorCode SlipFaultTrianglesCheck(const char source[], PetscBool full_space, SlipFaultMeshFile *m)
 {
+  PetscReal shortest;
   Sorted *all;
 
   PetscFunctionBegin;
+  PetscCall(CheckEach(source, full_space, m, &shortest));
+  PetscCall(Merge(m, SAME_PLACE * shortest));
   PetscCall(PetscMalloc1(m->n, &all));
   for (PetscInt i = 0; i < m->n; i++) {
     PetscInt c[3];
@@ -200,16 +203,5 @@ static PetscErrorCode CheckTwice(const char source[], const SlipFaultMeshFile *m
                "%s: triangles %" PetscInt_FMT " and %" PetscInt_FMT " have the same vertices, expected each once",
                source, Number(m, all[i - 1].triangle), Number(m, all[i].triangle));
   PetscCall(PetscFree(all));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipFaultTrianglesCheck(const char source[], PetscBool full_space, SlipFaultMeshFile *m)
-{
-  PetscReal shortest;
-
-  PetscFunctionBegin;
-  PetscCall(CheckEach(source, full_space, m, &shortest));
-  PetscCall(Merge(m, SAME_PLACE * shortest));
-  PetscCall(CheckTwice(source, m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,32 +7,6 @@
 /* Rounding of an angle over the circle, the same as for strikes and dips in planefaults.c */
 #define ANGLE_ROUNDING 1e-9
 
-/* Broadcasts what rank 0 has read: vertices, corners and labels. */
-static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipFaultMeshFile *m)
-{
-  PetscInt sizes[2] = {m->n, m->nvertices};
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
-  PetscCallMPI(MPI_Bcast(sizes, 2, MPIU_INT, 0, mesh->comm));
-  mesh->cells.n = sizes[0];
-  mesh->npoints = sizes[1];
-  PetscCall(PetscMalloc1(3 * (size_t)mesh->npoints, &mesh->vertex));
-  PetscCall(PetscMalloc1(3 * (size_t)sizes[0], &mesh->corner));
-  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
-  if (!rank) {
-    PetscCall(PetscArraycpy(mesh->vertex, m->vertex, 3 * (size_t)sizes[1]));
-    PetscCall(PetscArraycpy(mesh->corner, m->corner, 3 * (size_t)sizes[0]));
-    PetscCall(PetscArraycpy(mesh->label, m->label, sizes[0]));
-  }
-  PetscCallMPI(MPI_Bcast(mesh->vertex, (PetscMPIInt)(3 * sizes[1]), MPIU_REAL, 0, mesh->comm));
-  PetscCallMPI(MPI_Bcast(mesh->corner, (PetscMPIInt)(3 * sizes[0]), MPIU_INT, 0, mesh->comm));
-  PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
-  mesh->labelled = PETSC_TRUE; /* labels are of the file or of its connected pieces */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Describes one triangle [3][3] as a row of a list, with the strike and dip of its hanging wall. */
 static PetscErrorCode Describe(const PetscReal v[9], PetscReal row[MESH_COLUMNS])
 {
@@ -89,21 +63,6 @@ static PetscErrorCode Fill(SlipFaultMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets mesh->dips: false if all are vertical and of one strike, or of both strikes of one plane. */
-static void Directions(SlipFaultMesh *mesh)
-{
-  const SlipCells *c = &mesh->cells;
-
-  mesh->dips = PETSC_FALSE;
-  for (PetscInt i = 0; i < c->n; i++) {
-    const PetscReal turn = PetscAbsReal(c->strike[i] - c->strike[0]) / 180;
-
-    if (PetscAbsReal(c->dip[i] - 90) > 360 * ANGLE_ROUNDING ||
-        PetscAbsReal(turn - PetscFloorReal(turn + 0.5)) > 2 * ANGLE_ROUNDING)
-      mesh->dips = PETSC_TRUE;
-  }
-}
-
 /* Computes the extents of all vertices along the strike of the whole and down its dip. */
 static void Extents(SlipFaultMesh *mesh)
 {
@@ -136,11 +95,29 @@ static void Extents(SlipFaultMesh *mesh)
 static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o,
                                        const SlipFaultMeshFile *file)
 {
+  const SlipCells *c = &mesh->cells;
+  PetscInt sizes[2] = {file->n, file->nvertices};
   char source[PETSC_MAX_PATH_LEN + 64];
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  PetscCall(Take(mesh, file));
+  /* broadcast what rank 0 has read */
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  PetscCallMPI(MPI_Bcast(sizes, 2, MPIU_INT, 0, mesh->comm));
+  mesh->cells.n = sizes[0];
+  mesh->npoints = sizes[1];
+  PetscCall(PetscMalloc1(3 * (size_t)mesh->npoints, &mesh->vertex));
+  PetscCall(PetscMalloc1(3 * (size_t)sizes[0], &mesh->corner));
+  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
+  if (!rank) {
+    PetscCall(PetscArraycpy(mesh->vertex, file->vertex, 3 * (size_t)sizes[1]));
+    PetscCall(PetscArraycpy(mesh->corner, file->corner, 3 * (size_t)sizes[0]));
+    PetscCall(PetscArraycpy(mesh->label, file->label, sizes[0]));
+  }
+  PetscCallMPI(MPI_Bcast(mesh->vertex, (PetscMPIInt)(3 * sizes[1]), MPIU_REAL, 0, mesh->comm));
+  PetscCallMPI(MPI_Bcast(mesh->corner, (PetscMPIInt)(3 * sizes[0]), MPIU_INT, 0, mesh->comm));
+  PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
+  mesh->labelled = PETSC_TRUE; /* labels are of the file or of its connected pieces */
   PetscCall(Fill(mesh));
   mesh->cells.kernel = o->triangles;
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", o->file, o->prefix));
@@ -148,7 +125,15 @@ static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshO
   PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
   PetscCall(SlipErrorBcast(mesh->comm, rank ? PETSC_SUCCESS : SlipCellsCheck(PETSC_COMM_SELF, &mesh->cells, source)));
   mesh->cells.number = NULL;
-  Directions(mesh);
+  /* vertical and of one strike, or of both strikes of one plane */
+  mesh->dips = PETSC_FALSE;
+  for (PetscInt i = 0; i < c->n; i++) {
+    const PetscReal turn = PetscAbsReal(c->strike[i] - c->strike[0]) / 180;
+
+    if (PetscAbsReal(c->dip[i] - 90) > 360 * ANGLE_ROUNDING ||
+        PetscAbsReal(turn - PetscFloorReal(turn + 0.5)) > 2 * ANGLE_ROUNDING)
+      mesh->dips = PETSC_TRUE;
+  }
   Extents(mesh);
   PetscCall(SlipFaultMeshPlanes(mesh));
   PetscCall(SlipFaultCellsShare(mesh, o->type));

@@ -21,20 +21,6 @@ static PetscErrorCode KSPSetUp_SlipCG(KSP ksp)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the norm that the convergence test uses; rz = r.z. */
-static PetscErrorCode SlipCGNorm(KSP ksp, PetscReal rz, PetscReal *norm)
-{
-  PetscFunctionBegin;
-  *norm = 0;
-  if (ksp->normtype == KSP_NORM_PRECONDITIONED)
-    PetscCall(VecNorm(ksp->work[CG_Z], NORM_2, norm));
-  else if (ksp->normtype == KSP_NORM_UNPRECONDITIONED)
-    PetscCall(VecNorm(ksp->work[CG_R], NORM_2, norm));
-  else if (ksp->normtype == KSP_NORM_NATURAL)
-    *norm = PetscSqrtReal(PetscAbsReal(rz));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes z = P r and r.z. */
 static PetscErrorCode SlipCGPrecondition(KSP ksp, PetscReal *rz)
 {
@@ -52,7 +38,13 @@ static PetscErrorCode SlipCGTest(KSP ksp, PetscInt it, PetscReal *rz)
 
   PetscFunctionBegin;
   if (!late) PetscCall(SlipCGPrecondition(ksp, rz));
-  PetscCall(SlipCGNorm(ksp, *rz, &ksp->rnorm));
+  ksp->rnorm = 0;
+  if (ksp->normtype == KSP_NORM_PRECONDITIONED)
+    PetscCall(VecNorm(ksp->work[CG_Z], NORM_2, &ksp->rnorm));
+  else if (ksp->normtype == KSP_NORM_UNPRECONDITIONED)
+    PetscCall(VecNorm(ksp->work[CG_R], NORM_2, &ksp->rnorm));
+  else if (ksp->normtype == KSP_NORM_NATURAL)
+    ksp->rnorm = PetscSqrtReal(PetscAbsReal(*rz));
   ksp->its = it;
   PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
   PetscCall(KSPMonitor(ksp, it, ksp->rnorm));

@@ -129,37 +129,6 @@ static PetscErrorCode SlipPackCross(Vec cross, PetscInt block, PetscInt nloc, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves by Cholesky factorisation, which fails if the matrix is not positive definite. */
-static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScalar b[], PetscBool *pd)
-{
-  PetscBLASInt nb, one = 1, info;
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(n, &nb));
-  LAPACKpotrf_("L", &nb, A, &nb, &info);
-  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
-  *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (*pd) LAPACKpotrs_("L", &nb, &one, A, &nb, b, &nb, &info);
-  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns whether x'Ax > 0 for all x, i.e. whether the symmetric part is positive definite. W is work. */
-static PetscErrorCode SlipIsPositive(PetscInt n, const PetscScalar A[], PetscScalar W[], PetscBool *positive)
-{
-  PetscBLASInt nb, info;
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(n, &nb));
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt j = 0; j <= i; j++) W[i * n + j] = 0.5 * (A[i * n + j] + A[j * n + i]);
-  LAPACKpotrf_("U", &nb, W, &nb, &info); /* "U" of columns is the lower half of rows */
-  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
-  *positive = info == 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Returns whether all eigenvalues of A have a positive real part; it overwrites A. */
 static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stable)
 {
@@ -196,7 +165,12 @@ static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], const PetscS
   PetscFunctionBegin;
   PetscCall(PetscBLASIntCast(n, &nb));
   PetscCall(PetscMalloc2(n, &pivot, (size_t)n * n, &W));
-  PetscCall(SlipIsPositive(n, A, W, &positive));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j <= i; j++) W[i * n + j] = 0.5 * (A[i * n + j] + A[j * n + i]);
+  LAPACKpotrf_("U", &nb, W, &nb, &info); /* "U" of columns is the lower half of rows */
+  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
+  positive = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0));
   for (PetscInt i = 0; i < n && !positive; i++)
     for (PetscInt j = 0; j < n; j++) W[i * n + j] = A[i * n + j] / D[i];
   LAPACKgetrf_(&nb, &nb, A, &nb, pivot, &info);
@@ -218,6 +192,7 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, 
                                       const PetscMPIInt counts[], const PetscMPIInt displs[], PetscScalar A[],
                                       PetscScalar b[], PetscScalar D[], PetscBool *pd)
 {
+  PetscBLASInt nb, one = 1, info;
   PetscMPIInt size, *cnt, *dsp;
 
   PetscFunctionBegin;
@@ -231,7 +206,12 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, 
   PetscCallMPI(MPI_Allgatherv(mine, (PetscMPIInt)nloc, MPIU_SCALAR, b, counts, displs, MPIU_SCALAR, comm));
   PetscCall(PetscFree2(cnt, dsp));
   if (!D) {
-    PetscCall(SlipSolveSymmetric(n, A, b, pd));
+    PetscCall(PetscBLASIntCast(n, &nb));
+    LAPACKpotrf_("L", &nb, A, &nb, &info);
+    PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
+    *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (*pd) LAPACKpotrs_("L", &nb, &one, A, &nb, b, &nb, &info);
+    PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallMPI(MPI_Allgatherv(diagonal, (PetscMPIInt)nloc, MPIU_SCALAR, D, counts, displs, MPIU_SCALAR, comm));

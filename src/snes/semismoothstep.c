@@ -26,24 +26,6 @@ PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Detects instability for a matrix that is not symmetric, as a change of sign in CG does for a symmetric one: *stable
-   becomes false if the last solve found an eigenvalue of the preconditioned matrix without a positive real part
-   (SlipSolveGeneral(), with the preconditioner for D). Such eigenvalues are apart from the others and are found first
-   if the right-hand side has a part of their modes. */
-static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBool *stable)
-{
-  PetscReal *real, *imaginary;
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc2(iterations, &real, iterations, &imaginary));
-  PetscCall(KSPComputeEigenvalues(ksp, iterations, real, imaginary, &n));
-  for (PetscInt i = 0; i < n; i++)
-    if (!(real[i] > 0.0)) *stable = PETSC_FALSE;
-  PetscCall(PetscFree2(real, imaginary));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Solves (A + slope) dx = rhs on the sliding set by a Krylov method; pd is false if it finds the matrix indefinite, or
    unstable with a coupling. */
 PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, Vec cross, PetscBool *ok,
@@ -52,8 +34,8 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec rhs = ss->slip.work[SEMISMOOTH_RHS], dx = ss->slip.work[SEMISMOOTH_DX];
   KSPConvergedReason reason;
-  PetscInt lits;
-  PetscReal eta;
+  PetscInt lits, n;
+  PetscReal eta, *real, *imaginary;
   PetscScalar curvature;
 
   PetscFunctionBegin;
@@ -87,8 +69,16 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   if (!con->row) { /* KSPCG detects a change of sign, but not a curvature that is negative from the start */
     PetscCall(VecDot(rhs, dx, &curvature));
     if (PetscRealPart(curvature) < 0.0) *pd = PETSC_FALSE;
-  } else if (*ok)
-    PetscCall(SlipKrylovSawStable(snes->ksp, lits, pd));
+  } else if (*ok) {
+    /* unstable where an eigenvalue of the preconditioned matrix has no positive real part (SlipSolveGeneral(), with
+       the preconditioner for D): such ones are apart from the others and found first if rhs has a part of their modes
+     */
+    PetscCall(PetscMalloc2(lits, &real, lits, &imaginary));
+    PetscCall(KSPComputeEigenvalues(snes->ksp, lits, real, imaginary, &n));
+    for (PetscInt i = 0; i < n; i++)
+      if (!(real[i] > 0.0)) *pd = PETSC_FALSE;
+    PetscCall(PetscFree2(real, imaginary));
+  }
   if (!*pd) *ok = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

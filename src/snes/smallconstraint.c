@@ -82,24 +82,6 @@ static PetscReal SmallBalance(const Small *s, PetscInt i)
   return s->mass[i] * (s->w[i] - s->base[i]) / s->theta - s->F[i] - s->load[i];
 }
 
-/* Makes one Newton correction of the free states, and returns its size and that of the state. */
-static PetscErrorCode SmallCorrect(Small *s, PetscReal *size, PetscReal *state, PetscBool *singular)
-{
-  PetscFunctionBegin;
-  PetscCall(SmallJacobian(s));
-  for (PetscInt i = 0; i < s->nrest; i++) s->rhs[i] = SmallBalance(s, s->rest[i]);
-  PetscCall(SmallSolveFree(s, 1, singular));
-  *size = *state = 0.0;
-  for (PetscInt i = 0; i < s->nrest && !*singular; i++) {
-    s->w[s->rest[i]] -= s->rhs[i];
-    *size = PetscMax(*size, PetscAbsReal(s->rhs[i]));
-    *state = PetscMax(*state, PetscAbsReal(s->w[s->rest[i]]));
-    if (PetscIsInfOrNanReal(s->rhs[i])) *singular = PETSC_TRUE;
-  }
-  PetscCall((*s->p.force)(s->t, s->w, s->F, s->p.ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the free states and the forces for the constrained states X. */
 static PetscErrorCode SmallEliminate(Small *s, Vec X)
 {
@@ -119,7 +101,18 @@ static PetscErrorCode SmallEliminate(Small *s, Vec X)
   PetscCall((*s->p.force)(s->t, s->w, s->F, s->p.ctx));
   s->solved = s->nrest ? PETSC_FALSE : PETSC_TRUE;
   for (PetscInt it = 0; it < max_newton && !s->solved && !singular; it++) {
-    PetscCall(SmallCorrect(s, &size, &state, &singular));
+    /* a Newton correction of the free states */
+    PetscCall(SmallJacobian(s));
+    for (PetscInt i = 0; i < s->nrest; i++) s->rhs[i] = SmallBalance(s, s->rest[i]);
+    PetscCall(SmallSolveFree(s, 1, &singular));
+    size = state = 0.0;
+    for (PetscInt i = 0; i < s->nrest && !singular; i++) {
+      s->w[s->rest[i]] -= s->rhs[i];
+      size = PetscMax(size, PetscAbsReal(s->rhs[i]));
+      state = PetscMax(state, PetscAbsReal(s->w[s->rest[i]]));
+      if (PetscIsInfOrNanReal(s->rhs[i])) singular = PETSC_TRUE;
+    }
+    PetscCall((*s->p.force)(s->t, s->w, s->F, s->p.ctx));
     if (size <= newton_tol * state || (size > 0.5 * last && size <= rounding_tol * state)) s->solved = PETSC_TRUE;
     last = size;
   }
@@ -453,29 +446,6 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the largest modulus of the eigenvalues of A^-1 dF/dw in s->J, and the fastest decay over it. */
-static PetscErrorCode SmallEigenvalues(Small *s, PetscReal *omega, PetscReal *ratio)
-{
-  PetscReal *re, *im, *work, none;
-  PetscBLASInt n, size, one = 1, info;
-
-  PetscFunctionBegin;
-  *omega = *ratio = 0;
-  for (PetscInt i = 0; i < s->p.n; i++)
-    for (PetscInt j = 0; j < s->p.n; j++) s->J[i * s->p.n + j] /= s->mass[i];
-  PetscCall(PetscBLASIntCast(s->p.n, &n));
-  PetscCall(PetscBLASIntCast(4 * s->p.n, &size));
-  PetscCall(PetscMalloc3(s->p.n, &re, s->p.n, &im, 4 * s->p.n, &work));
-  LAPACKgeev_("N", "N", &n, s->J, &n, re, im, &none, &one, &none, &one, work, &size, &info);
-  for (PetscInt i = 0; i < s->p.n && !info; i++) {
-    *omega = PetscMax(*omega, hypot(re[i], im[i]));
-    *ratio = PetscMax(*ratio, -re[i]);
-  }
-  if (*omega > 0) *ratio /= *omega;
-  PetscCall(PetscFree3(re, im, work));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds the largest frequency. Eigenvalues cost more than a step, and forces are often linear: those of the last call
    are cached while dF/dw is the same. */
 static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx)
@@ -483,7 +453,9 @@ static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscRea
   Small *s = (Small *)ctx;
   const PetscInt entries = s->p.n * s->p.n;
   PetscBool same = s->fastest ? PETSC_TRUE : PETSC_FALSE;
+  PetscBLASInt n, size, one = 1, info;
   const PetscReal *a;
+  PetscReal *re, *im, *work, none;
 
   PetscFunctionBegin;
   (void)con;
@@ -497,7 +469,19 @@ static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscRea
   if (same) PetscCall(PetscArraycmp(s->J, s->fastest, entries, &same));
   if (!same) {
     PetscCall(PetscArraycpy(s->fastest, s->J, entries));
-    PetscCall(SmallEigenvalues(s, &s->fastest[entries], &s->fastest[entries + 1]));
+    s->fastest[entries] = s->fastest[entries + 1] = 0;
+    for (PetscInt i = 0; i < s->p.n; i++)
+      for (PetscInt j = 0; j < s->p.n; j++) s->J[i * s->p.n + j] /= s->mass[i];
+    PetscCall(PetscBLASIntCast(s->p.n, &n));
+    PetscCall(PetscBLASIntCast(4 * s->p.n, &size));
+    PetscCall(PetscMalloc3(s->p.n, &re, s->p.n, &im, 4 * s->p.n, &work));
+    LAPACKgeev_("N", "N", &n, s->J, &n, re, im, &none, &one, &none, &one, work, &size, &info);
+    for (PetscInt i = 0; i < s->p.n && !info; i++) {
+      s->fastest[entries] = PetscMax(s->fastest[entries], hypot(re[i], im[i]));
+      s->fastest[entries + 1] = PetscMax(s->fastest[entries + 1], -re[i]);
+    }
+    if (s->fastest[entries] > 0) s->fastest[entries + 1] /= s->fastest[entries];
+    PetscCall(PetscFree3(re, im, work));
   }
   *omega = s->fastest[entries];
   *ratio = s->fastest[entries + 1];

@@ -50,27 +50,6 @@ static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the loads of cells after the step lambda dx: rest + lambda change. With two components a cell, cells balance
-   rest at lambda = 0, so that short steps go along dx and lower the residual; with one, rest is a step of Jacobi's
-   method. */
-static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
-{
-  const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
-  Vec D = work[SEMISMOOTH_RHO], rest = work[SEMISMOOTH_OFFSET], change = work[SEMISMOOTH_RHS];
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(con->rho, D));
-  PetscCall(VecReciprocal(D));
-  PetscCall(VecPointwiseMult(rest, D, x));
-  PetscCall(VecAXPY(rest, -1.0, con->g));
-  PetscCall(VecWAXPY(change, 1.0, D, con->slope));
-  PetscCall(VecPointwiseMult(change, change, work[SEMISMOOTH_DX]));
-  if (con->cross) PetscCall(SlipAddCross(con->cross, con->mask, work[SEMISMOOTH_DX], change));
-  PetscCall(SlipConstraintAddCoupling(con, work[SEMISMOOTH_DX], change));
-  PetscCall(VecAXPY(con->cells ? rest : change, 1.0, con->F)); /* rest + change is the same in both cases */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Balances cells with two components along their loads, by the speed |x| of each: D |x| + omega q(|x|) = |f|. */
 static PetscErrorCode SolveVectors(SlipConstraint con, Vec D, Vec f, Vec x, PetscBool *unstable)
 {
@@ -103,7 +82,7 @@ static PetscErrorCode SolveVectors(SlipConstraint con, Vec D, Vec f, Vec x, Pets
 /* Moves x to the balance of cells after lambda dx from XS and evaluates it, unless a cell has no stable balance. */
 static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Vec x, PetscBool *unstable)
 {
-  const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
+  const Vec *work = ss->slip.work;
 
   PetscFunctionBegin;
   *unstable = PETSC_FALSE;
@@ -130,6 +109,8 @@ static PetscErrorCode Step(SNES snes, SlipConstraint con, Mat A, PetscInt it, Ve
   PetscBool unstable = PETSC_FALSE, found = PETSC_FALSE;
   PetscReal lambda = 1.0;
   PetscInt halvings = SLIP_SEARCH_HALVINGS;
+  const Vec *work = ss->slip.work;
+  Vec D = work[SEMISMOOTH_RHO], rest = work[SEMISMOOTH_OFFSET], change = work[SEMISMOOTH_RHS];
 
   PetscFunctionBegin;
   if (con->cells && it > strict_after) {
@@ -138,7 +119,17 @@ static PetscErrorCode Step(SNES snes, SlipConstraint con, Mat A, PetscInt it, Ve
   }
   PetscCall(Direction(snes, con, A, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SetUpLoads(snes, con, x));
+  /* Loads of cells after the step lambda dx: rest + lambda change. With two components a cell, cells balance rest at
+     lambda = 0, so that short steps go along dx and lower the residual; with one, rest is a step of Jacobi's method. */
+  PetscCall(VecCopy(con->rho, D));
+  PetscCall(VecReciprocal(D));
+  PetscCall(VecPointwiseMult(rest, D, x));
+  PetscCall(VecAXPY(rest, -1.0, con->g));
+  PetscCall(VecWAXPY(change, 1.0, D, con->slope));
+  PetscCall(VecPointwiseMult(change, change, work[SEMISMOOTH_DX]));
+  if (con->cross) PetscCall(SlipAddCross(con->cross, con->mask, work[SEMISMOOTH_DX], change));
+  PetscCall(SlipConstraintAddCoupling(con, work[SEMISMOOTH_DX], change));
+  PetscCall(VecAXPY(con->cells ? rest : change, 1.0, con->F)); /* rest + change is the same in both cases */
   PetscCall(VecCopy(x, ss->slip.work[SEMISMOOTH_XS]));
   for (PetscInt k = 0; k <= halvings && !found; k++, lambda *= 0.5) {
     PetscCall(MoveTo(snes, con, lambda, x, &unstable));

@@ -72,21 +72,6 @@ PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the diagonal of B for both components in the plane of a cell to the larger of the two. */
-static PetscErrorCode SlipConstraintLargerDiagonal(SlipConstraint con, Vec d)
-{
-  PetscInt n;
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  if (!con->cells) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetLocalSize(d, &n));
-  PetscCall(VecGetArray(d, &a));
-  for (PetscInt i = 0; i < n; i += con->components) a[i] = a[i + 1] = PetscMax(a[i], a[i + 1]);
-  PetscCall(VecRestoreArray(d, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sets mask to 0 where x is prescribed, and to 1 elsewhere. */
 static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
 {
@@ -114,7 +99,7 @@ static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
 /* Sets B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve. */
 PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 {
-  PetscReal qmax, cmax, dmin, *unused;
+  PetscReal qmax, cmax, dmin, *unused, *a;
   PetscInt n;
 
   PetscFunctionBegin;
@@ -151,7 +136,12 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   PetscCall(VecMin(con->rho, NULL, &dmin));
   PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
              "The stage operator has the diagonal entry %g; it must be positive definite", (double)dmin);
-  PetscCall(SlipConstraintLargerDiagonal(con, con->rho));
+  if (con->cells) {
+    PetscCall(VecGetLocalSize(con->rho, &n));
+    PetscCall(VecGetArray(con->rho, &a));
+    for (PetscInt i = 0; i < n; i += con->components) a[i] = a[i + 1] = PetscMax(a[i], a[i + 1]);
+    PetscCall(VecRestoreArray(con->rho, &a));
+  }
   PetscCall(VecReciprocal(con->rho));
   if (con->ops->solve_cells) PetscCall(SlipConstraintPrescribed(con));
   PetscFunctionReturn(PETSC_SUCCESS);

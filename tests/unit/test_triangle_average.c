@@ -70,7 +70,7 @@ static void rectangles(void **state)
         Halves(&from, j % 3 == 1, b);
         for (int k = 0; k < 2; k++)
           for (int l = 0; l < 2; l++) {
-            SlipTriangleAverage(1, nu, (PetscBool)full, &a[k], &b[l], CORE, both);
+            SlipTriangleAverage(1, nu, (PetscBool)full, 1, &a[k], &b[l], CORE, both);
             sum += both[0] * Area(&a[k]) / (to.length * to.width);
           }
         want = SlipKernelAverage(1, nu, &to, &from, core, (PetscBool)full);
@@ -135,7 +135,7 @@ static void quadrature(void **state)
       CellOf(v, Random(0, 6), &cell[k]);
     }
     Quadrature(nu, full, &cell[0], &cell[1], want, &size);
-    SlipTriangleAverage(1, nu, full, &cell[0], &cell[1], CORE, both);
+    SlipTriangleAverage(1, nu, full, 1, &cell[0], &cell[1], CORE, both);
     for (int i = 0; i < 2; i++) {
       worst[full] = PetscMax(worst[full], PetscAbsReal(both[i] - want[i]) / size);
       AssertNear(both[i], want[i], 1e-7 * size);
@@ -198,14 +198,14 @@ static void parts(void **state)
           }
         }
       }
-      SlipTriangleAverage(1, 0.25, full, &cell[1], &cell[1], CORE, own);
-      SlipTriangleAverage(1, 0.25, full, &cell[1], &cell[1 + other], CORE, both);
+      SlipTriangleAverage(1, 0.25, full, 1, &cell[1], &cell[1], CORE, own);
+      SlipTriangleAverage(1, 0.25, full, 1, &cell[1], &cell[1 + other], CORE, both);
       sum[0] = sum[1] = 0;
       for (int k = 0; k < 4; k++)
         for (int l = 0; l < 4; l++) {
           PetscReal one[2];
 
-          SlipTriangleAverage(1, 0.25, full, &part[0][k], &part[1][l], 2 * CORE, one);
+          SlipTriangleAverage(1, 0.25, full, 1, &part[0][k], &part[1][l], 2 * CORE, one);
           for (int i = 0; i < 2; i++) sum[i] += 0.25 * one[i];
         }
       for (int i = 0; i < 2; i++) {
@@ -228,8 +228,8 @@ static void symmetric(void **state)
       for (int j = 0; j < i; j++) {
         PetscReal a[2], b[2];
 
-        SlipTriangleAverage(1, 0.25, (PetscBool)(trial % 3 == 0), &cell[i], &cell[j], CORE, a);
-        SlipTriangleAverage(1, 0.25, (PetscBool)(trial % 3 == 0), &cell[j], &cell[i], CORE, b);
+        SlipTriangleAverage(1, 0.25, (PetscBool)(trial % 3 == 0), 1, &cell[i], &cell[j], CORE, a);
+        SlipTriangleAverage(1, 0.25, (PetscBool)(trial % 3 == 0), 1, &cell[j], &cell[i], CORE, b);
         AssertNear(a[0] * Area(&cell[i]), b[0] * Area(&cell[j]), 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(a[0]));
       }
   }
@@ -251,12 +251,12 @@ static void bends(void **state)
       if (!row) w[2][0] = 0.3; /* they share an edge */
       CellOf(v, 0.4, &a);
       CellOf(w, 0.4, &b);
-      SlipTriangleAverage(1, 0.25, PETSC_TRUE, &a, &b, CORE, flat);
+      SlipTriangleAverage(1, 0.25, PETSC_TRUE, 1, &a, &b, CORE, flat);
       w[1][1] += e;
       w[1][2] -= e;
       if (row) w[2][1] -= 0.7 * e;
       CellOf(w, 0.4, &b);
-      SlipTriangleAverage(1, 0.25, PETSC_TRUE, &a, &b, CORE, bent);
+      SlipTriangleAverage(1, 0.25, PETSC_TRUE, 1, &a, &b, CORE, bent);
       for (int i = 0; i < 2; i++) AssertNear(bent[i], flat[i], 10 * e + 1e-8);
     }
 }
@@ -277,7 +277,7 @@ static void nearly_parallel(void **state)
       for (int i = 0; i < 3; i++) w[1][i] += e * a.directions[6 + i];
       CellOf(w, 1, &b);
       Quadrature(0.25, PETSC_TRUE, &a, &b, want, &size);
-      SlipTriangleAverage(1, 0.25, PETSC_TRUE, &a, &b, CORE, both);
+      SlipTriangleAverage(1, 0.25, PETSC_TRUE, 1, &a, &b, CORE, both);
       for (int i = 0; i < 2; i++) AssertNear(both[i], want[i], (1e-10 + PetscMin(6 * e, 1e-11 / e)) * size);
     }
 }
@@ -316,7 +316,7 @@ static void waves(void **state)
               w[0][1] = y + high;
             }
             CellOf(w, up * PETSC_PI / 2, &receiver);
-            SlipTriangleAverage(1, nu, PETSC_TRUE, &receiver, &source, SLIP_CORE_INNER, both);
+            SlipTriangleAverage(1, nu, PETSC_TRUE, 1, &receiver, &source, SLIP_CORE_INNER, both);
             for (int across = 0; across < 2; across++)
               sum[across] += both[0] * cos(k * apart[across]) *
                              (r < 0.3 * end ? 1 : 0.5 + 0.5 * cos(PETSC_PI * (r / end - 0.3) / 0.7));
@@ -333,16 +333,18 @@ static void waves(void **state)
 /* A core that is wider on a part of an edge: as if the average had been taken with it */
 static void edges(void **state)
 {
-  PetscReal v[3][3], a[2], b[2], sum = 0;
+  PetscReal v[3][3], a[2], b[2], one, other, sum = 0;
   SlipTriangleCell cell;
 
   AnyTriangle(40, v);
   CellOf(v, 1, &cell);
-  SlipTriangleAverage(30, 0.2, PETSC_FALSE, &cell, &cell, CORE, a);
-  SlipTriangleAverage(30, 0.2, PETSC_FALSE, &cell, &cell, 0.3 * CORE, b);
-  for (int k = 0; k < 3; k++)
-    sum +=
-      SlipTriangleAverageEdge(30, 0.2, &cell, k, 0.25, 0.3) + SlipTriangleAverageEdge(30, 0.2, &cell, k, 0.75, 0.3);
+  SlipTriangleAverage(30, 0.2, PETSC_FALSE, 1, &cell, &cell, CORE, a);
+  SlipTriangleAverage(30, 0.2, PETSC_FALSE, 1, &cell, &cell, 0.3 * CORE, b);
+  for (int k = 0; k < 3; k++) {
+    SlipTriangleAverageEdge(30, 0.2, 1, &cell, k, 0.25, 0.3, &one);
+    SlipTriangleAverageEdge(30, 0.2, 1, &cell, k, 0.75, 0.3, &other);
+    sum += one + other;
+  }
   AssertNear(a[0] + sum, b[0], 1e-12 * b[0]);
   assert_true(b[0] > a[0] && a[0] > 0);
 }

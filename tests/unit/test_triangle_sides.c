@@ -8,6 +8,7 @@ static void sides(void **state)
 {
   const PetscReal h = 1e-9;
 
+  (void)state;
   for (int trial = 0; trial < 100; trial++) {
     PetscReal v[3][3], slip[3], at[3], to[3], d[3][3], up[3], on[3], down[3], stress[2][6], traction[2][3];
 
@@ -55,6 +56,7 @@ static void edges(void **state)
 {
   enum { AROUND = 64 };
 
+  (void)state;
   for (int trial = 0; trial < 120; trial++) {
     const PetscReal h = 1e-4, share = trial % 3 ? Random(0.3, 0.7) : 0;
     PetscReal v[3][3], slip[3], at[3], a[3], b[3], d[3][3], on[12], f[12], mean[12] = {0}, size = 0;
@@ -103,6 +105,7 @@ static void directions(void **state)
   };
   PetscReal angles[2], d[9], want[9];
 
+  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(special); k++) {
     ok(SlipTriangleDirections(special[k].vertices, NULL, angles, d));
     AssertNear(remainder(angles[0] - special[k].strike, 360), 0, 1e-10);
@@ -136,6 +139,63 @@ static void directions(void **state)
   }
 }
 
+/* Tractions of many pairs are those of the stress of each */
+static void pairs(void **state)
+{
+  enum { MANY = 53 };
+  const PetscReal G = 30, nu = 0.25;
+  static SlipTriangleCell cell[2 * MANY];
+  const SlipTriangleCell *receiver[MANY], *source[MANY];
+  PetscReal traction[MANY][3], slip[2 * MANY][3];
+
+  (void)state;
+  for (int k = 0; k < 2 * MANY; k++) {
+    const PetscReal rake = Random(-180, 180) * PETSC_PI / 180, below[3] = {0.1, 0.2, 1};
+    const PetscBool over = (PetscBool)(k % 3 == 1);
+    PetscReal v[3][3], d[3][3];
+
+    AnyTriangle(k % 7 ? Random(1, 90) : 90, v);
+    if (over)
+      ok(SlipTriangleDirections(v[0], below, NULL, d[0]));
+    else
+      ok(SlipTriangleDirections(v[0], NULL, NULL, d[0]));
+    for (int i = 0; i < 9; i++) cell[k].vertices[i] = v[i / 3][i % 3];
+    for (int i = 0; i < 3; i++) {
+      cell[k].directions[i] = cos(rake) * d[0][i] + sin(rake) * d[1][i];
+      cell[k].directions[3 + i] = cos(rake) * d[1][i] - sin(rake) * d[0][i];
+      cell[k].directions[6 + i] = d[2][i];
+    }
+    slip[k][0] = cos(rake);
+    slip[k][1] = sin(rake);
+    slip[k][2] = 0;
+    { /* slip up dip has the other sign on the other side */
+      PetscReal own[3][3];
+
+      ok(SlipTriangleDirections(v[0], NULL, NULL, own[0]));
+      if (own[2][0] * d[2][0] + own[2][1] * d[2][1] + own[2][2] * d[2][2] < 0) slip[k][1] = -slip[k][1];
+    }
+  }
+  for (int full = 0; full < 2; full++) {
+    for (int k = 0; k < MANY; k++) {
+      receiver[k] = &cell[MANY + k];
+      source[k] = &cell[k % 5 == 1 ? k - 1 : k]; /* some twice */
+      if (k == 7) receiver[k] = source[k];
+    }
+    SlipTriangleTractions(G, nu, (PetscBool)full, 1, MANY, receiver, source, traction[0]);
+    for (int k = 0; k < MANY; k++) {
+      const PetscReal *v = receiver[k]->vertices;
+      PetscReal at[3], stress[6], t[3];
+
+      for (int i = 0; i < 3; i++) at[i] = (v[i] + v[3 + i] + v[6 + i]) / 3;
+      ok(SlipTriangleStress(G, nu, (PetscBool)full, source[k]->vertices, slip[source[k] - cell], 1, at, stress));
+      SlipStressTraction(1, stress, receiver[k]->directions, t);
+      for (int i = 0; i < 3; i++)
+        AssertNear(traction[k][i], t[i], 1e-11 * (PetscAbsReal(t[0]) + PetscAbsReal(t[1]) + PetscAbsReal(t[2])));
+      if (k == 7) assert_true(traction[k][0] > 0); /* the stress drop */
+    }
+  }
+}
+
 /* Within a triangle of 1e6 m points belong to the hanging wall, near a corner at the origin too, whose own coordinates
    do not round. */
 static void near_a_corner(void **state)
@@ -143,6 +203,7 @@ static void near_a_corner(void **state)
   const PetscReal slip[3] = {1, 0, 0};
   PetscReal wide[9] = {0, 0, 0, 1e6, 3e5, 2e5, -2e5, 1e6, 7e5}, directions[9], u[3];
 
+  (void)state;
   ok(SlipTriangleDirections(wide, NULL, NULL, directions));
   for (int n = 0; n < 200; n++) {
     const PetscReal a = Random(1e-6, 1e-5), b = Random(1e-6, 1e-5);
@@ -165,6 +226,7 @@ static void input(void **state)
   const PetscReal v[9] = {0, 0, 3, 2, 0.5, 2, 1, 2, 2.5}, slip[3] = {1, 2, 3};
   PetscReal at[MANY][3], u[MANY][3], s[MANY][6], one[6], wrong[9];
 
+  (void)state;
   for (int k = 0; k < MANY; k++)
     for (int i = 0; i < 3; i++) at[k][i] = Random(i < 2 ? -4 : 0, 4);
   ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, v, slip, MANY, at[0], u[0]));
@@ -220,4 +282,4 @@ static void input(void **state)
   }
 }
 
-SLIP_TESTS(sides, edges, directions, near_a_corner, input)
+SLIP_TESTS(sides, edges, directions, pairs, near_a_corner, input)

@@ -261,7 +261,6 @@ PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const
 PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
 /* geometry.c */
-PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* the chosen kernel */
 /* access.c: geometry of a cell by name; ends with NULL */
 typedef struct {
   const char *name, *unit;

@@ -3,74 +3,88 @@
 #pragma once
 #include <slipstep/rooms/slipfault.h>
 
-typedef enum {
-  FEATURE_GRID,
-  FEATURE_RECTANGLES,
-  FEATURE_TRIANGLES,
-  FEATURE_PLANES,
-  FEATURE_OBLIQUE,
-  FEATURE_MESH_FRAME,
-  FEATURE_MESH_UNIT,
-  FEATURE_STIFFNESS_FILE,
-  FEATURE_HALF_SPACE,
-  FEATURE_FULL_SPACE,
-  FEATURE_WAVES,
-  FEATURE_WAVE_PLANE,
-  FEATURE_CENTRE,
-  FEATURE_CELL,
-  FEATURE_WHOLE,
-  FEATURE_MEAN_SLIP,
-  FEATURE_DENSE,
-  FEATURE_FFT,
-  FEATURE_HMAT,
-  FEATURE_STIFFNESS_VIEW,
-  FEATURE_DEVICE,
-  FEATURE_SQRTM,
-  FEATURE_SPECTRAL,
-  FEATURE_LANCZOS,
-  FEATURE_RADIATION,
-  FEATURE_NONE,
-  FEATURE_UNDAMPED,
-  FEATURE_INERTIA,
-  FEATURE_BALANCE,
-  FEATURE_SLIP_WEAKENING,
-  FEATURE_RATE_WEAKENING,
-  FEATURE_ALWAYS_SLIDES,
-  FEATURE_SLIP_LAW,
-  FEATURE_ALPHA,
-  FEATURE_HEALING,
-  FEATURE_CREEP,
-  FEATURE_CRITICAL,
-  FEATURE_REST,
-  FEATURE_TRACTION,
-  FEATURE_RATE,
-  FEATURE_LOADING,
-  FEATURE_STRESSING,
-  FEATURE_COUPLED,
-  FEATURE_UNCOUPLED,
-  FEATURE_VECTOR,
-  FEATURE_OPENING,
-  FEATURE_INJECTION,
-  FEATURE_INJECTED,
-  FEATURE_SOURCE,
-  FEATURE_PRESSURE,
-  FEATURE_OUTPUT,
-  FEATURE_OUTPUT_PRESSURE,
-  FEATURE_OUTPUT_OPENING,
-  FEATURE_STATIONS,
-  FEATURE_SURFACE_STATIONS,
-  FEATURE_CATALOGUE,
-  FEATURE_CHECKPOINT,
-  FEATURE_CHECK_ERROR,
-  FEATURE_BATHE,
-  FEATURE_MOREAU,
-  FEATURE_ADAMS,
-  FEATURE_RK,
-  FEATURE_RKC,
-  FEATURE_LAPUSTA,
-  FEATURE_OTHER_TS,
-  FAULT_NUM_FEATURES
-} SlipFaultFeatureId;
+/* All features, a row each: its name here, the group of those that are values of one choice (OWN: none), the user's
+   option or a few words, and when it is active, for a fault f and a TS ts, which is NULL in SlipFaultSetUp(). LATE:
+   that is decided when a run begins, or after SlipFaultSetUp(). */
+#define SLIP_FAULT_FEATURES(EARLY, LATE)                                                                               \
+  EARLY(GRID, MESH, "a uniform grid", f->mesh.kind == &SlipFaultMeshGrid)                                              \
+  EARLY(RECTANGLES, MESH, "-fault_mesh of rectangles", f->mesh.kind == &SlipFaultMeshList)                             \
+  EARLY(TRIANGLES, MESH, "-fault_mesh of triangles", f->mesh.kind == &SlipFaultMeshTriangles)                          \
+  EARLY(PLANES, OWN, "several planes", f->mesh.planes > 1)                                                             \
+  EARLY(OBLIQUE, OWN, "dipping planes, or slip other than along strike", f->kind.oblique)                              \
+  EARLY(MESH_FRAME, OWN, "-fault_mesh_frame", !Chosen(f, FAULT_MESH_FRAME, "auto"))                                    \
+  EARLY(MESH_UNIT, OWN, "-fault_mesh_unit", !Chosen(f, FAULT_MESH_UNIT, "auto"))                                       \
+  EARLY(STIFFNESS_FILE, OWN, "-fault_stiffness_file", Given(f, FAULT_STIFFNESS_FILE))                                  \
+  EARLY(HALF_SPACE, MEDIUM, "-fault_kernel half_space", Chosen(f, FAULT_KERNEL, "half_space"))                         \
+  EARLY(FULL_SPACE, MEDIUM, "-fault_kernel full_space", Chosen(f, FAULT_KERNEL, "full_space"))                         \
+  EARLY(WAVES, OWN, "-fault_medium waves", Chosen(f, FAULT_MEDIUM, SLIPELASTICWAVES))                                  \
+  EARLY(WAVE_PLANE, OWN, "-fault_medium waves of more than one column of cells",                                       \
+        On_WAVES(f, ts) && (f->mesh.ndim < 2 || f->mesh.dims[1] > 1))                                                  \
+  EARLY(CENTRE, AVERAGE, "-fault_stiffness_average centre", Chosen(f, FAULT_STIFFNESS_AVERAGE, "centre"))              \
+  EARLY(CELL, AVERAGE, "-fault_stiffness_average cell", Chosen(f, FAULT_STIFFNESS_AVERAGE, "cell"))                    \
+  EARLY(WHOLE, AVERAGE, "-fault_stiffness_average whole", Chosen(f, FAULT_STIFFNESS_AVERAGE, "whole"))                 \
+  EARLY(MEAN_SLIP, OWN, "-fault_stiffness_scaling mean_slip", Chosen(f, FAULT_STIFFNESS_SCALING, "mean_slip"))         \
+  EARLY(DENSE, STORAGE, "-fault_operator dense", Chosen(f, FAULT_OPERATOR, "dense"))                                   \
+  EARLY(FFT, STORAGE, "-fault_operator fft", Chosen(f, FAULT_OPERATOR, "fft"))                                         \
+  EARLY(HMAT, STORAGE, "-fault_operator hmat", Chosen(f, FAULT_OPERATOR, "hmat"))                                      \
+  EARLY(STIFFNESS_VIEW, OWN, "-fault_stiffness_view", f->options.stiffness_viewer)                                     \
+  EARLY(DEVICE, OWN, "-fault_device opencl", Chosen(f, FAULT_DEVICE, "opencl"))                                        \
+  EARLY(SQRTM, VISCOSITY, "-fault_viscosity sqrtm", !strcmp(f->kind.viscosity, "sqrtm"))                               \
+  EARLY(SPECTRAL, VISCOSITY, "-fault_viscosity spectral", !strcmp(f->kind.viscosity, "spectral"))                      \
+  EARLY(LANCZOS, VISCOSITY, "-fault_viscosity lanczos", !strcmp(f->kind.viscosity, "lanczos"))                         \
+  EARLY(RADIATION, VISCOSITY, "-fault_viscosity radiation", !strcmp(f->kind.viscosity, "radiation"))                   \
+  EARLY(NONE, VISCOSITY, "-fault_viscosity none", !strcmp(f->kind.viscosity, "none"))                                  \
+  EARLY(UNDAMPED, OWN, "-fault_damping_ratio 0 without radiation damping",                                             \
+        f->options.value[FAULT_DAMPING_RATIO] == 0 && !On_RADIATION(f, ts))                                            \
+  EARLY(INERTIA, MASS, "-fault_inertia yes", f->kind.inertia)                                                          \
+  EARLY(BALANCE, MASS, "-fault_inertia no", !f->kind.inertia)                                                          \
+  EARLY(SLIP_WEAKENING, LAW, "friction that weakens with slip",                                                        \
+        !f->friction.law->always_slides && !f->friction.law->by_rate)                                                  \
+  EARLY(RATE_WEAKENING, LAW, "friction that depends on the slip rate, and sticks",                                     \
+        !f->friction.law->always_slides && f->friction.law->by_rate)                                                   \
+  EARLY(ALWAYS_SLIDES, LAW, "friction whose cells always slide, as rate_and_state", f->friction.law->always_slides)    \
+  EARLY(SLIP_LAW, OWN, "-fault_state_law slip", f->friction.law->always_slides && f->friction.slip_law)                \
+  EARLY(ALPHA, OWN, "-fault_friction_alpha", f->friction.law->always_slides &&AnyCell(f, FIELD_FRICTION_ALPHA))        \
+  EARLY(HEALING, OWN, "-fault_healing_time", AnyCell(f, FIELD_HEALING_TIME))                                           \
+  EARLY(CREEP, OWN, "-fault_creep", AnyCell(f, FIELD_CREEP))                                                           \
+  EARLY(CRITICAL, START, "-fault_initial critical", !strcmp(f->kind.initial, "critical"))                              \
+  EARLY(REST, START, "-fault_initial rest", !strcmp(f->kind.initial, "rest"))                                          \
+  EARLY(TRACTION, START, "-fault_initial traction", !strcmp(f->kind.initial, "traction"))                              \
+  EARLY(RATE, START, "-fault_initial rate", !strcmp(f->kind.initial, "rate"))                                          \
+  EARLY(LOADING, OWN, "-fault_loading_rate", f->kind.loaded)                                                           \
+  EARLY(STRESSING, OWN, "-fault_stressing_rate", AnyCell(f, FIELD_STRESSING_RATE))                                     \
+  EARLY(COUPLED, COUPLING, "-fault_normal_coupling yes", Chosen(f, FAULT_NORMAL_COUPLING, "yes"))                      \
+  EARLY(UNCOUPLED, COUPLING, "-fault_normal_coupling no", Chosen(f, FAULT_NORMAL_COUPLING, "no"))                      \
+  EARLY(VECTOR, OWN, "-fault_slip_components 2", f->options.value[FAULT_SLIP_COMPONENTS] == 2)                         \
+  EARLY(OPENING, OWN, "-fault_opening yes", f->options.opening)                                                        \
+  EARLY(INJECTION, OWN, "-fault_injection", Given(f, FAULT_INJECTION))                                                 \
+  EARLY(INJECTED, OWN, "-fault_injection_pressure, -fault_injection_diffusivity or -fault_injection_stop",             \
+        f->options.value[FAULT_INJECTION_PRESSURE] != 0 || f->options.value[FAULT_INJECTION_DIFFUSIVITY] != 0 ||       \
+          f->options.value[FAULT_INJECTION_STOP] != 0)                                                                 \
+  EARLY(SOURCE, OWN, "-fault_injection_pressure and -fault_injection_diffusivity",                                     \
+        f->options.value[FAULT_INJECTION_PRESSURE] != 0 && f->options.value[FAULT_INJECTION_DIFFUSIVITY] > 0)          \
+  LATE(PRESSURE, OWN, "a pore pressure", f->loads.pressed)                                                             \
+  LATE(OUTPUT, OWN, "-fault_output", Given(f, FAULT_OUTPUT))                                                           \
+  LATE(OUTPUT_PRESSURE, OWN, "-fault_output_fields pore_pressure",                                                     \
+       Given(f, FAULT_OUTPUT) && Lists(f, "pore_pressure"))                                                            \
+  LATE(OUTPUT_OPENING, OWN, "-fault_output_fields opening", Given(f, FAULT_OUTPUT) && Lists(f, "opening"))             \
+  LATE(STATIONS, OWN, "-fault_stations", Given(f, FAULT_STATIONS))                                                     \
+  LATE(SURFACE_STATIONS, OWN, "-fault_surface_stations", Given(f, FAULT_SURFACE_STATIONS))                             \
+  LATE(CATALOGUE, OWN, "-fault_catalogue", Given(f, FAULT_CATALOGUE))                                                  \
+  LATE(CHECKPOINT, OWN, "-fault_checkpoint or -fault_restart", Given(f, FAULT_CHECKPOINT) || Given(f, FAULT_RESTART))  \
+  LATE(CHECK_ERROR, OWN, "-fault_check_error", f->options.check_error)                                                 \
+  LATE(BATHE, INTEGRATOR, "-ts_type bathe", HasType(ts, TSBATHE))                                                      \
+  LATE(MOREAU, INTEGRATOR, "-ts_type moreau", HasType(ts, TSMOREAU))                                                   \
+  LATE(ADAMS, INTEGRATOR, "-ts_type adams", HasType(ts, TSADAMS))                                                      \
+  LATE(RK, INTEGRATOR, "-ts_type rk", HasType(ts, TSRK))                                                               \
+  LATE(RKC, INTEGRATOR, "-ts_type rkc", HasType(ts, TSRKC))                                                            \
+  LATE(LAPUSTA, INTEGRATOR, "-ts_type lapusta", HasType(ts, TSLAPUSTA))                                                \
+  LATE(OTHER_TS, INTEGRATOR, "-ts_type of another integrator of PETSc",                                                \
+       ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) && !On_RKC(f, ts) &&           \
+         !On_LAPUSTA(f, ts))
+
+#define FEATURE_ID(name, group, text, condition) FEATURE_##name,
+typedef enum { SLIP_FAULT_FEATURES(FEATURE_ID, FEATURE_ID) FAULT_NUM_FEATURES } SlipFaultFeatureId;
 
 typedef struct {
   const char *name; /* the user's option, or a few words */

@@ -15,7 +15,6 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D);
-PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
 /* Operations of a matrix-free matrix; diagonal, scale, info, view, state (for checkpoints) and device may be NULL.
    device gets the memory that products need on the device [bytes], and copies the data there if it is used. */
 typedef struct {
@@ -29,8 +28,6 @@ typedef struct {
   PetscErrorCode (*device)(Mat, PetscBool use, PetscReal *bytes);
   PetscBool unsymmetric; /* without products with the transpose */
 } SlipShellOps;
-PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
-                                            const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N,
                                                   const char type[], const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx,
@@ -42,13 +39,11 @@ PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);
 PETSC_INTERN PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends);
 /* Texts of a matrix for -fault_view, attached by name: why its type was chosen, and what the cache did */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
-PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */
 /* H = factor sqrt(K); 0 if H is not from MatCreateSlipViscosity() or is zero */
 PETSC_INTERN PetscErrorCode SlipViscosityComposeFactor(Mat H, PetscReal factor);
 PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor);
 /* report.c: MATOP_GETINFO of a shell matrix calls the first one, so that views show its memory. */
 PETSC_INTERN PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info);
-PETSC_INTERN PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[]);
 
 /* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', by decreasing |lambda|; initialise to zero ---- */
 typedef struct {
@@ -61,7 +56,7 @@ typedef struct {
 } SlipLowRank;
 PETSC_INTERN PetscErrorCode SlipLowRankSelect(PetscInt n, PetscInt r, const PetscReal Q[], const PetscReal values[],
                                               PetscReal cutoff, SlipLowRank *m);
-PETSC_INTERN PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[]);
+PETSC_INTERN PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[], PetscReal R[]);
 PETSC_INTERN void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state); /* uniform in (-1, 1) */
 PETSC_INTERN PetscErrorCode SlipLowRankDemote(SlipLowRank *m, PetscReal limit);
 PETSC_INTERN PetscErrorCode SlipLowRankDestroy(SlipLowRank *m);

@@ -14,8 +14,6 @@ PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt 
 PETSC_INTERN PetscReal SlipGridBorder(const SlipGrid *grid, PetscInt ix, PetscInt iz); /* part of the diagonal */
 PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
 
-/* Entry (0, 0) on every rank. Collective. */
-PETSC_INTERN PetscErrorCode SlipFirstEntry(Mat K, PetscReal *first);
 /* Factor by which MatScale() has scaled a stiffness: K = scale * kernel. Collective. */
 PETSC_INTERN PetscErrorCode SlipGridScale(Mat K, PetscReal *scale);
 

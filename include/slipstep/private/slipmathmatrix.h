@@ -62,7 +62,6 @@ PETSC_INTERN PetscErrorCode SlipHDeviceDestroy(SlipHDevice *device);
 PETSC_INTERN PetscErrorCode SlipHDeviceApply(SlipHDevice device, PetscReal scale, Vec x, Vec y);
 
 /* ---- hmatrix.c ---- */
-PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
-                                                     Mat *S);
-PETSC_INTERN PetscErrorCode SlipNormalCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *Kn);
+PETSC_INTERN PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
+                                                   PetscBool whole, Mat *S);
 PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);

@@ -54,13 +54,9 @@ typedef struct {
   PetscReal vertices[9];   /* each north, east and down [m] */
   PetscReal directions[9]; /* along the rake, across it in the plane, and into the hanging wall */
 } SlipTriangleCell;
-PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                         const SlipTriangleCell *const receiver[],
                                         const SlipTriangleCell *const source[], PetscReal traction[]);
-/* [n][slips][3], for slip along the first 2 or 3 of the source's directions */
-PETSC_EXTERN void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
-                                              PetscInt n, const SlipTriangleCell *const receiver[],
-                                              const SlipTriangleCell *const source[], PetscReal traction[]);
 
 /* ---- triangle_loops.c: a triangle as a closed loop around its normal; slips are those of the normal's side, north,
    east and down ---- */
@@ -76,16 +72,11 @@ PETSC_EXTERN void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, Pet
 PETSC_EXTERN PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal a[3],
                                             const PetscReal b[3], PetscInt edge, PetscReal share, PetscReal ratio);
 /* ---- triangle_average.c ---- */
-PETSC_EXTERN void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
-                                      const SlipTriangleCell *source, PetscReal core, PetscReal average[2]);
-PETSC_EXTERN PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
-                                               PetscReal share, PetscReal ratio);
-/* The same along both directions in the plane, and with 3 slips normal to it: [3][slips] and [slips][slips] */
-PETSC_EXTERN void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
-                                            const SlipTriangleCell *receiver, const SlipTriangleCell *source,
-                                            PetscReal core, PetscReal average[]);
-PETSC_EXTERN void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell,
-                                                PetscInt k, PetscReal share, PetscReal ratio, PetscReal edge[]);
+PETSC_EXTERN void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
+                                      const SlipTriangleCell *receiver, const SlipTriangleCell *source, PetscReal core,
+                                      PetscReal average[]);
+PETSC_EXTERN void SlipTriangleAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell,
+                                          PetscInt k, PetscReal share, PetscReal ratio, PetscReal edge[]);
 
 static inline PetscReal SlipDot(const PetscReal a[3], const PetscReal b[3])
 {

@@ -128,19 +128,6 @@ static PetscErrorCode LoadRecord(SlipFault fault)
 
 /* ---- the point source of -fault_injection ---- */
 
-/* Adds p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]. A cell around the source gets the mean pressure over a disc
-   of equal area, for which r has a lower bound. */
-static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal t, PetscReal p[])
-{
-  const PetscReal scale = source->pressure, stop = source->stop, D = source->diffusivity;
-
-  SlipWorkAdd(SLIP_WORK_SOURCE, (PetscReal)n * ((t > 0) + (stop > 0 && t > stop)));
-  for (PetscInt i = 0; i < n; i++) {
-    if (t > 0) p[i] += scale * SlipExponentialIntegral(source->distance2[i] / (4 * D * t));
-    if (stop > 0 && t > stop) p[i] -= scale * SlipExponentialIntegral(source->distance2[i] / (4 * D * (t - stop)));
-  }
-}
-
 /* Reads the point [x, y, z] from "x,z" for one plane, or from "x,y,z" for several [m]. */
 static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
 {
@@ -222,10 +209,21 @@ PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t)
 /* Computes the pore pressure of the cells of this process at t [Pa]. */
 PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
+  const PetscReal scale = loads->source.pressure, stop = loads->source.stop, D = loads->source.diffusivity;
+
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(p, loads->n));
   if (loads->rows) SlipLoadsAddRecord(loads, t, p);
-  if (loads->source.distance2) SourcePressure(&loads->source, loads->n, t, p);
+  if (loads->source.distance2) {
+    /* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]. A cell around the source gets the mean pressure over a disc
+       of equal area, for which r has a lower bound. */
+    SlipWorkAdd(SLIP_WORK_SOURCE, (PetscReal)loads->n * ((t > 0) + (stop > 0 && t > stop)));
+    for (PetscInt i = 0; i < loads->n; i++) {
+      if (t > 0) p[i] += scale * SlipExponentialIntegral(loads->source.distance2[i] / (4 * D * t));
+      if (stop > 0 && t > stop)
+        p[i] -= scale * SlipExponentialIntegral(loads->source.distance2[i] / (4 * D * (t - stop)));
+    }
+  }
   if (!loads->function) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLoadsOwnPressure(loads, t));
   for (PetscInt i = 0; i < loads->n; i++) p[i] += loads->own[i];

@@ -1,40 +1,13 @@
 /* Computes the critical state, in which elastic stress equals the strength, by a solve with K, and its means. */
 #include <slipstep/private/slipfault.h>
 
-/* Computes the weakening and the inertia that determine how uc grows at the start. */
-static PetscErrorCode CriticalMode(SlipFault fault)
-{
-  SlipFrictionCells friction;
-  PetscReal sum[2] = {0, 0};
-  const PetscReal *uc;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal mu, ds, dv;
-
-    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
-    {
-      const PetscReal square = PetscSqr(SlipFaultLength(fault, uc + fault->layout.components * i));
-
-      sum[0] -= ds * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]) * square;
-      sum[1] += fault->operators.mass * fault->mesh.weight[i] * square;
-    }
-  }
-  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
-  fault->critical.weakening = sum[0];
-  fault->critical.inertia = sum[1];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes uc = K^-1 q(0) from the first guess K^-1 sigma_n in uc, which is proportional for uniform friction. */
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
   SlipFrictionCells friction;
   const PetscInt c = fault->layout.components;
-  PetscReal mu, ds, dv, strength, sum[4] = {0, 0, 0, 0};
+  PetscReal mu, ds, dv, strength, sum[4] = {0, 0, 0, 0}, mode[2] = {0, 0};
+  const PetscReal *uc;
   PetscBool critical;
   PetscReal *q;
   Vec q0;
@@ -72,6 +45,19 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCall(SlipFaultWeightedSum(fault, fault->critical.uc, &fault->critical.mean_uc));
   fault->critical.mean_uc /= fault->mesh.N;
   fault->critical.drop_slip = fault->critical.mean_drop / fault->critical.mean_q0 * fault->critical.mean_uc;
-  PetscCall(CriticalMode(fault));
+  /* the weakening and the inertia that determine how uc grows at the start */
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
+  PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal square = PetscSqr(SlipFaultLength(fault, uc + c * i));
+
+    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
+    mode[0] -= ds * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]) * square;
+    mode[1] += fault->operators.mass * fault->mesh.weight[i] * square;
+  }
+  PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, mode, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  fault->critical.weakening = mode[0];
+  fault->critical.inertia = mode[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

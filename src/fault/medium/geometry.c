@@ -4,7 +4,7 @@
 #include <string.h>
 
 /* Gets the kernel for the options and the shape of the cells. */
-static PetscErrorCode KernelOf(SlipFault fault, PetscBool triangles, SlipKernel *kernel)
+static PetscErrorCode SlipFaultKernel(SlipFault fault, PetscBool triangles, SlipKernel *kernel)
 {
   const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
   const SlipKernelType *type = triangles             ? &SlipKernelTriangle
@@ -27,13 +27,6 @@ static PetscErrorCode KernelOf(SlipFault fault, PetscBool triangles, SlipKernel 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
-{
-  PetscFunctionBegin;
-  PetscCall(KernelOf(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, kernel));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates the cells, their distribution and weights. Collective. */
 PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 {
@@ -49,8 +42,8 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
                             .block = fault->layout.block};
 
   PetscFunctionBegin;
-  PetscCall(KernelOf(fault, PETSC_FALSE, &o.rectangles));
-  PetscCall(KernelOf(fault, PETSC_TRUE, &o.triangles));
+  PetscCall(SlipFaultKernel(fault, PETSC_FALSE, &o.rectangles));
+  PetscCall(SlipFaultKernel(fault, PETSC_TRUE, &o.triangles));
   PetscCall(SlipFaultMeshCreate(&o, &fault->mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -65,7 +58,7 @@ PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 
   PetscFunctionBegin;
   s.type = type;
-  PetscCall(SlipFaultKernel(fault, &s.kernel));
+  PetscCall(SlipFaultKernel(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, &s.kernel));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

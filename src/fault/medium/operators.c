@@ -5,54 +5,36 @@
 
 #define SLIP_FAULT_MAX_DENSE 10000 /* cells up to which K is written as a dense matrix */
 
-/* Splits "F.h5:/dataset" into file and dataset. */
-static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char dataset[], size_t len)
-{
-  char *colon;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrncpy(file, text, len));
-  PetscCall(PetscStrncpy(dataset, "/stiffness", len));
-  PetscCall(PetscStrstr(file, ":/", &colon));
-  if (colon) {
-    PetscCall(PetscStrncpy(dataset, colon + 1, len));
-    *colon = '\0';
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], const char dataset[],
-                                            const PetscReal entries[])
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  const size_t N = (size_t)fault->mesh.N;
-
-  PetscFunctionBegin;
-  for (size_t k = 0; k < N * N; k++)
-    PetscCheck(isfinite(entries[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s (-%sfault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, prefix, dataset,
-               k / N, k % N, (double)entries[k]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* On rank 0: reads the N*N entries of the file, and checks their number and that they are finite. */
 static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entries)
 {
-  char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
+  char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN], *colon;
   SlipH5 h;
   const PetscInt want[2] = {fault->mesh.N, fault->mesh.N};
+  const char *prefix = SlipFaultPrefix(fault);
+  const size_t N = (size_t)fault->mesh.N;
   PetscInt dims[2];
   PetscBool said;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultSplitPath(fault->options.text[FAULT_STIFFNESS_FILE], file, dataset, sizeof(file)));
+  /* F.h5:/dataset */
+  PetscCall(PetscStrncpy(file, fault->options.text[FAULT_STIFFNESS_FILE], sizeof(file)));
+  PetscCall(PetscStrncpy(dataset, "/stiffness", sizeof(file)));
+  PetscCall(PetscStrstr(file, ":/", &colon));
+  if (colon) {
+    PetscCall(PetscStrncpy(dataset, colon + 1, sizeof(file)));
+    *colon = '\0';
+  }
   PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_stiffness_file", file, &h));
   ierr = SlipH5CheckUnits(&h, dataset, "Pa/m", &said);
   if (!ierr) ierr = SlipH5ReadRealSized(&h, dataset, 2, want, "N x N with N = nx nz", dims, entries);
   PetscCall(SlipH5Close(&h));
   PetscCall(ierr);
-  PetscCall(SlipFaultCheckEntries(fault, file, dataset, *entries));
+  for (size_t k = 0; k < N * N; k++)
+    PetscCheck(isfinite((*entries)[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s (-%sfault_stiffness_file): %s[%zu, %zu] is %.6g, expected a finite number", file, prefix, dataset,
+               k / N, k % N, (double)(*entries)[k]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,28 +59,12 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault, Mat *K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums a vector along the rake over all cells. */
-static PetscErrorCode SumAlong(SlipFault fault, Vec x, PetscReal *sum)
-{
-  Vec along;
-
-  PetscFunctionBegin;
-  if (fault->layout.components == 1) {
-    PetscCall(VecSum(x, sum));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecDuplicate(x, &along));
-  PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, along));
-  PetscCall(VecDot(x, along, sum));
-  PetscCall(VecDestroy(&along));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Scales K such that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G; on return x is K^-1 sigma_n of the scaled K. */
 static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
 {
   PetscReal mean_slip, mean_stress, thickness;
   PetscBool scale;
+  Vec along;
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(x));
@@ -107,33 +73,24 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   PetscCall(SlipFaultWeightedSum(fault, x, &mean_slip));
-  PetscCall(SumAlong(fault, sigma, &mean_stress));
+  if (fault->layout.components == 1)
+    PetscCall(VecSum(sigma, &mean_stress));
+  else {
+    PetscCall(VecDuplicate(sigma, &along));
+    PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, along));
+    PetscCall(VecDot(sigma, along, &mean_stress));
+    PetscCall(VecDestroy(&along));
+  }
   fault->operators.scaling = mean_slip * fault->options.value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
   PetscCall(SlipElasticScale(fault->medium, fault->operators.scaling));
   PetscCall(VecScale(x, 1 / fault->operators.scaling));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reorders rows and columns to the order of the mesh's file. */
-static PetscErrorCode SlipFaultReorder(SlipFault fault, Mat *dense)
+static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
 {
   const size_t N = (size_t)fault->mesh.N;
   PetscReal *a, *b = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDenseGather(*dense, &a));
-  PetscCall(MatDestroy(dense));
-  if (a) PetscCall(PetscMalloc1(N * N, &b));
-  for (size_t i = 0; i < N && a; i++)
-    for (size_t j = 0; j < N; j++) b[(size_t)fault->mesh.order[i] * N + (size_t)fault->mesh.order[j]] = a[i * N + j];
-  PetscCall(PetscFree(a));
-  PetscCall(SlipDenseScatter(fault->comm, PETSC_DECIDE, fault->mesh.N, b, dense));
-  PetscCall(PetscFree(b));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
-{
   Mat dense;
 
   PetscFunctionBegin;
@@ -142,7 +99,17 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
              "-%sfault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
              SlipFaultPrefix(fault), fault->mesh.N, fault->mesh.N, SLIP_FAULT_MAX_DENSE);
   PetscCall(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
-  if (fault->mesh.order) PetscCall(SlipFaultReorder(fault, &dense));
+  if (fault->mesh.order) {
+    /* rows and columns in the order of the mesh's file */
+    PetscCall(SlipDenseGather(dense, &a));
+    PetscCall(MatDestroy(&dense));
+    if (a) PetscCall(PetscMalloc1(N * N, &b));
+    for (size_t i = 0; i < N && a; i++)
+      for (size_t j = 0; j < N; j++) b[(size_t)fault->mesh.order[i] * N + (size_t)fault->mesh.order[j]] = a[i * N + j];
+    PetscCall(PetscFree(a));
+    PetscCall(SlipDenseScatter(fault->comm, PETSC_DECIDE, fault->mesh.N, b, &dense));
+    PetscCall(PetscFree(b));
+  }
   PetscCall(PetscViewerPushFormat(fault->options.stiffness_viewer, fault->options.stiffness_format));
   PetscCall(MatView(dense, fault->options.stiffness_viewer));
   PetscCall(PetscViewerPopFormat(fault->options.stiffness_viewer));
@@ -229,26 +196,6 @@ PetscErrorCode SlipFaultMediumCreate(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the medium the matrices of the mesh or of a file. */
-static PetscErrorCode FillMedium(SlipFault fault)
-{
-  Mat K = NULL, Kn = NULL;
-
-  PetscFunctionBegin;
-  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
-    PetscCall(SlipFaultLoadStiffness(fault, &K));
-  else
-    PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
-  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
-  PetscCall(MatSlipStiffnessSetFromOptions(K));
-  PetscCall(SlipFaultDeviceOperators(fault, K, Kn));
-  PetscCall(MatCreateVecs(K, &fault->critical.uc, &fault->stage.c));
-  PetscCall(SlipElasticSetStiffness(fault->medium, K, Kn));
-  PetscCall(MatDestroy(&K));
-  PetscCall(MatDestroy(&Kn));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Collects the properties of the rock: impedance G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, where cp^2/cs^2
    = 2 (1 - nu)/(1 - 2 nu). */
 static SlipElasticRock Rock(SlipFault fault)
@@ -294,14 +241,24 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   SlipElasticGrid grid = Grid(fault);
   PetscBool traction, scaled;
   Vec normal;
-  Mat K;
+  Mat K = NULL, Kn = NULL;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall((*fault->told)(fault, "stiffness K"));
-  PetscCall(FillMedium(fault));
+  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
+    PetscCall(SlipFaultLoadStiffness(fault, &K));
+  else
+    PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
+  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
+  PetscCall(MatSlipStiffnessSetFromOptions(K));
+  PetscCall(SlipFaultDeviceOperators(fault, K, Kn));
+  PetscCall(MatCreateVecs(K, &fault->critical.uc, &fault->stage.c));
+  PetscCall(SlipElasticSetStiffness(fault->medium, K, Kn));
+  PetscCall(MatDestroy(&K));
+  PetscCall(MatDestroy(&Kn));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
   PetscCall(VecCreate(fault->comm, &fault->stage.s0));

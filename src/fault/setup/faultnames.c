@@ -23,9 +23,13 @@ PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that each row states its part, without which checkpoints would omit it. */
-static PetscErrorCode CheckParts(void)
+/* Declares the options of faults to SlipCheckOptionNames(): those of the tables, the others that
+   SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state. */
+PetscErrorCode SlipFaultDeclareOptions(void)
 {
+  static char names[FAULT_MAX_NAMES], times[FAULT_MAX_NAMES];
+  const SlipParameter *p;
+
   PetscFunctionBegin;
   for (PetscInt i = 0; i < FAULT_NUM_REALS; i++)
     PetscCheck(SlipFaultReals[i].part, PETSC_COMM_SELF, PETSC_ERR_PLIB,
@@ -36,18 +40,6 @@ static PetscErrorCode CheckParts(void)
   for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++)
     PetscCheck(SlipFaultSwitches[i].part, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "the row of -fault_%s does not say what it is part of: expected a SlipPart", SlipFaultSwitches[i].name);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Declares the options of faults to SlipCheckOptionNames(): those of the tables, the others that
-   SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state. */
-PetscErrorCode SlipFaultDeclareOptions(void)
-{
-  static char names[FAULT_MAX_NAMES], times[FAULT_MAX_NAMES];
-  const SlipParameter *p;
-
-  PetscFunctionBegin;
-  PetscCall(CheckParts());
   PetscCall(SlipFaultOptionNames(names, sizeof(names)));
   times[0] = '\0';
   for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++)

@@ -38,155 +38,21 @@ static PetscBool AnyCell(SlipFault fault, PetscInt field)
   return any ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* A predicate of a fault f and a TS ts, called On_NAME */
-#define FEATURE_ON(name, condition)                                                                                    \
+/* Whether a feature is active, in a function called On_NAME */
+#define FEATURE_ON(name, group, text, condition)                                                                       \
   static PetscBool On_##name(SlipFault f, TS ts)                                                                       \
   {                                                                                                                    \
     (void)f, (void)ts;                                                                                                 \
     return (condition) ? PETSC_TRUE : PETSC_FALSE;                                                                     \
   }
-
-FEATURE_ON(GRID, f->mesh.kind == &SlipFaultMeshGrid)
-FEATURE_ON(RECTANGLES, f->mesh.kind == &SlipFaultMeshList)
-FEATURE_ON(TRIANGLES, f->mesh.kind == &SlipFaultMeshTriangles)
-FEATURE_ON(PLANES, f->mesh.planes > 1)
-FEATURE_ON(OBLIQUE, f->kind.oblique)
-FEATURE_ON(MESH_FRAME, !Chosen(f, FAULT_MESH_FRAME, "auto"))
-FEATURE_ON(MESH_UNIT, !Chosen(f, FAULT_MESH_UNIT, "auto"))
-FEATURE_ON(STIFFNESS_FILE, Given(f, FAULT_STIFFNESS_FILE))
-FEATURE_ON(HALF_SPACE, Chosen(f, FAULT_KERNEL, "half_space"))
-FEATURE_ON(FULL_SPACE, Chosen(f, FAULT_KERNEL, "full_space"))
-FEATURE_ON(WAVES, Chosen(f, FAULT_MEDIUM, SLIPELASTICWAVES))
-FEATURE_ON(WAVE_PLANE, On_WAVES(f, ts) && (f->mesh.ndim < 2 || f->mesh.dims[1] > 1))
-FEATURE_ON(CENTRE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "centre"))
-FEATURE_ON(CELL, Chosen(f, FAULT_STIFFNESS_AVERAGE, "cell"))
-FEATURE_ON(WHOLE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "whole"))
-FEATURE_ON(MEAN_SLIP, Chosen(f, FAULT_STIFFNESS_SCALING, "mean_slip"))
-FEATURE_ON(DENSE, Chosen(f, FAULT_OPERATOR, "dense"))
-FEATURE_ON(FFT, Chosen(f, FAULT_OPERATOR, "fft"))
-FEATURE_ON(HMAT, Chosen(f, FAULT_OPERATOR, "hmat"))
-FEATURE_ON(STIFFNESS_VIEW, f->options.stiffness_viewer)
-FEATURE_ON(DEVICE, Chosen(f, FAULT_DEVICE, "opencl"))
-FEATURE_ON(SQRTM, !strcmp(f->kind.viscosity, "sqrtm"))
-FEATURE_ON(SPECTRAL, !strcmp(f->kind.viscosity, "spectral"))
-FEATURE_ON(LANCZOS, !strcmp(f->kind.viscosity, "lanczos"))
-FEATURE_ON(RADIATION, !strcmp(f->kind.viscosity, "radiation"))
-FEATURE_ON(NONE, !strcmp(f->kind.viscosity, "none"))
-FEATURE_ON(UNDAMPED, f->options.value[FAULT_DAMPING_RATIO] == 0 && !On_RADIATION(f, ts))
-FEATURE_ON(INERTIA, f->kind.inertia)
-FEATURE_ON(BALANCE, !f->kind.inertia)
-FEATURE_ON(SLIP_WEAKENING, !f->friction.law->always_slides && !f->friction.law->by_rate)
-FEATURE_ON(RATE_WEAKENING, !f->friction.law->always_slides && f->friction.law->by_rate)
-FEATURE_ON(ALWAYS_SLIDES, f->friction.law->always_slides)
-FEATURE_ON(SLIP_LAW, f->friction.law->always_slides && f->friction.slip_law)
-FEATURE_ON(ALPHA, f->friction.law->always_slides &&AnyCell(f, FIELD_FRICTION_ALPHA))
-FEATURE_ON(HEALING, AnyCell(f, FIELD_HEALING_TIME))
-FEATURE_ON(CREEP, AnyCell(f, FIELD_CREEP))
-FEATURE_ON(CRITICAL, !strcmp(f->kind.initial, "critical"))
-FEATURE_ON(REST, !strcmp(f->kind.initial, "rest"))
-FEATURE_ON(TRACTION, !strcmp(f->kind.initial, "traction"))
-FEATURE_ON(RATE, !strcmp(f->kind.initial, "rate"))
-FEATURE_ON(LOADING, f->kind.loaded)
-FEATURE_ON(STRESSING, AnyCell(f, FIELD_STRESSING_RATE))
-FEATURE_ON(COUPLED, Chosen(f, FAULT_NORMAL_COUPLING, "yes"))
-FEATURE_ON(UNCOUPLED, Chosen(f, FAULT_NORMAL_COUPLING, "no"))
-FEATURE_ON(VECTOR, f->options.value[FAULT_SLIP_COMPONENTS] == 2)
-FEATURE_ON(OPENING, f->options.opening)
-FEATURE_ON(INJECTION, Given(f, FAULT_INJECTION))
-FEATURE_ON(INJECTED, f->options.value[FAULT_INJECTION_PRESSURE] != 0 ||
-                       f->options.value[FAULT_INJECTION_DIFFUSIVITY] != 0 ||
-                       f->options.value[FAULT_INJECTION_STOP] != 0)
-FEATURE_ON(SOURCE, f->options.value[FAULT_INJECTION_PRESSURE] != 0 && f->options.value[FAULT_INJECTION_DIFFUSIVITY] > 0)
-FEATURE_ON(PRESSURE, f->loads.pressed)
-FEATURE_ON(OUTPUT, Given(f, FAULT_OUTPUT))
-FEATURE_ON(OUTPUT_PRESSURE, Given(f, FAULT_OUTPUT) && Lists(f, "pore_pressure"))
-FEATURE_ON(OUTPUT_OPENING, Given(f, FAULT_OUTPUT) && Lists(f, "opening"))
-FEATURE_ON(STATIONS, Given(f, FAULT_STATIONS))
-FEATURE_ON(SURFACE_STATIONS, Given(f, FAULT_SURFACE_STATIONS))
-FEATURE_ON(CATALOGUE, Given(f, FAULT_CATALOGUE))
-FEATURE_ON(CHECKPOINT, Given(f, FAULT_CHECKPOINT) || Given(f, FAULT_RESTART))
-FEATURE_ON(CHECK_ERROR, f->options.check_error)
-FEATURE_ON(BATHE, HasType(ts, TSBATHE))
-FEATURE_ON(MOREAU, HasType(ts, TSMOREAU))
-FEATURE_ON(ADAMS, HasType(ts, TSADAMS))
-FEATURE_ON(RK, HasType(ts, TSRK))
-FEATURE_ON(RKC, HasType(ts, TSRKC))
-FEATURE_ON(LAPUSTA, HasType(ts, TSLAPUSTA))
-FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) &&
-                       !On_RKC(f, ts) && !On_LAPUSTA(f, ts))
+SLIP_FAULT_FEATURES(FEATURE_ON, FEATURE_ON)
 
 enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
 
-#define EARLY(name, group, text) [FEATURE_##name] = {text, group, PETSC_FALSE, On_##name}
-#define LATE(name, group, text) [FEATURE_##name] = {text, group, PETSC_TRUE, On_##name}
+#define EARLY(name, group, text, condition) [FEATURE_##name] = {text, group, PETSC_FALSE, On_##name},
+#define LATE(name, group, text, condition) [FEATURE_##name] = {text, group, PETSC_TRUE, On_##name},
 
-const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
-  EARLY(GRID, MESH, "a uniform grid"),
-  EARLY(RECTANGLES, MESH, "-fault_mesh of rectangles"),
-  EARLY(TRIANGLES, MESH, "-fault_mesh of triangles"),
-  EARLY(PLANES, OWN, "several planes"),
-  EARLY(OBLIQUE, OWN, "dipping planes, or slip other than along strike"),
-  EARLY(MESH_FRAME, OWN, "-fault_mesh_frame"),
-  EARLY(MESH_UNIT, OWN, "-fault_mesh_unit"),
-  EARLY(STIFFNESS_FILE, OWN, "-fault_stiffness_file"),
-  EARLY(HALF_SPACE, MEDIUM, "-fault_kernel half_space"),
-  EARLY(FULL_SPACE, MEDIUM, "-fault_kernel full_space"),
-  EARLY(WAVES, OWN, "-fault_medium waves"),
-  EARLY(WAVE_PLANE, OWN, "-fault_medium waves of more than one column of cells"),
-  EARLY(CENTRE, AVERAGE, "-fault_stiffness_average centre"),
-  EARLY(CELL, AVERAGE, "-fault_stiffness_average cell"),
-  EARLY(WHOLE, AVERAGE, "-fault_stiffness_average whole"),
-  EARLY(MEAN_SLIP, OWN, "-fault_stiffness_scaling mean_slip"),
-  EARLY(DENSE, STORAGE, "-fault_operator dense"),
-  EARLY(FFT, STORAGE, "-fault_operator fft"),
-  EARLY(HMAT, STORAGE, "-fault_operator hmat"),
-  EARLY(STIFFNESS_VIEW, OWN, "-fault_stiffness_view"),
-  EARLY(DEVICE, OWN, "-fault_device opencl"),
-  EARLY(SQRTM, VISCOSITY, "-fault_viscosity sqrtm"),
-  EARLY(SPECTRAL, VISCOSITY, "-fault_viscosity spectral"),
-  EARLY(LANCZOS, VISCOSITY, "-fault_viscosity lanczos"),
-  EARLY(RADIATION, VISCOSITY, "-fault_viscosity radiation"),
-  EARLY(NONE, VISCOSITY, "-fault_viscosity none"),
-  EARLY(UNDAMPED, OWN, "-fault_damping_ratio 0 without radiation damping"),
-  EARLY(INERTIA, MASS, "-fault_inertia yes"),
-  EARLY(BALANCE, MASS, "-fault_inertia no"),
-  EARLY(SLIP_WEAKENING, LAW, "friction that weakens with slip"),
-  EARLY(RATE_WEAKENING, LAW, "friction that depends on the slip rate, and sticks"),
-  EARLY(ALWAYS_SLIDES, LAW, "friction whose cells always slide, as rate_and_state"),
-  EARLY(SLIP_LAW, OWN, "-fault_state_law slip"),
-  EARLY(ALPHA, OWN, "-fault_friction_alpha"),
-  EARLY(HEALING, OWN, "-fault_healing_time"),
-  EARLY(CREEP, OWN, "-fault_creep"),
-  EARLY(CRITICAL, START, "-fault_initial critical"),
-  EARLY(REST, START, "-fault_initial rest"),
-  EARLY(TRACTION, START, "-fault_initial traction"),
-  EARLY(RATE, START, "-fault_initial rate"),
-  EARLY(LOADING, OWN, "-fault_loading_rate"),
-  EARLY(STRESSING, OWN, "-fault_stressing_rate"),
-  EARLY(COUPLED, COUPLING, "-fault_normal_coupling yes"),
-  EARLY(UNCOUPLED, COUPLING, "-fault_normal_coupling no"),
-  EARLY(VECTOR, OWN, "-fault_slip_components 2"),
-  EARLY(OPENING, OWN, "-fault_opening yes"),
-  EARLY(INJECTION, OWN, "-fault_injection"),
-  EARLY(INJECTED, OWN, "-fault_injection_pressure, -fault_injection_diffusivity or -fault_injection_stop"),
-  EARLY(SOURCE, OWN, "-fault_injection_pressure and -fault_injection_diffusivity"),
-  LATE(PRESSURE, OWN, "a pore pressure"),
-  LATE(OUTPUT, OWN, "-fault_output"),
-  LATE(OUTPUT_PRESSURE, OWN, "-fault_output_fields pore_pressure"),
-  LATE(OUTPUT_OPENING, OWN, "-fault_output_fields opening"),
-  LATE(STATIONS, OWN, "-fault_stations"),
-  LATE(SURFACE_STATIONS, OWN, "-fault_surface_stations"),
-  LATE(CATALOGUE, OWN, "-fault_catalogue"),
-  LATE(CHECKPOINT, OWN, "-fault_checkpoint or -fault_restart"),
-  LATE(CHECK_ERROR, OWN, "-fault_check_error"),
-  LATE(BATHE, INTEGRATOR, "-ts_type bathe"),
-  LATE(MOREAU, INTEGRATOR, "-ts_type moreau"),
-  LATE(ADAMS, INTEGRATOR, "-ts_type adams"),
-  LATE(RK, INTEGRATOR, "-ts_type rk"),
-  LATE(RKC, INTEGRATOR, "-ts_type rkc"),
-  LATE(LAPUSTA, INTEGRATOR, "-ts_type lapusta"),
-  LATE(OTHER_TS, INTEGRATOR, "-ts_type of another integrator of PETSc"),
-};
+const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {SLIP_FAULT_FEATURES(EARLY, LATE)};
 
 #define F(name) SLIP_FEATURE(name)
 #define EXCLUDES PETSC_FALSE

@@ -8,27 +8,6 @@
 #define TOLERANCES_FORMAT "slipstep-tolerances"
 #define TOLERANCES_VERSION 2 /* version 1 stored only results of the training runs */
 
-/* Checks that accuracies become finer, with tolerances that do not grow. 0 ends a row: the controller satisfies no
-   finer accuracy. */
-static PetscErrorCode CheckNumbers(const SlipH5 *h, const char kind[], const SlipFaultTolerances *t)
-{
-  PetscFunctionBegin;
-  for (PetscInt a = 0; a < t->accuracies; a++)
-    PetscCheck(isfinite(t->accuracy[a]) && t->accuracy[a] > 0 && (!a || t->accuracy[a] < t->accuracy[a - 1]),
-               PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s: number %" PetscInt_FMT " of /%s/accuracy is %g; expected numbers > 0 that fall%s", h->name, a, kind,
-               (double)t->accuracy[a], h->source);
-  for (PetscInt c = 0; c < t->controllers; c++)
-    for (PetscInt a = 0; a < t->accuracies; a++)
-      PetscCheck(isfinite(t->row[c].rtol[a]) && t->row[c].rtol[a] >= 0 &&
-                   (!a || t->row[c].rtol[a] <= t->row[c].rtol[a - 1]),
-                 PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-                 "%s: number %" PetscInt_FMT ", %" PetscInt_FMT
-                 " of /%s/rtol is %g; expected numbers >= 0 that do not rise along a row%s",
-                 h->name, c, a, kind, (double)t->row[c].rtol[a], h->source);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadKind(SlipH5 *h, const char kind[], SlipFaultTolerances *t)
 {
   char path[3][128], **names = NULL;
@@ -68,7 +47,19 @@ static PetscErrorCode ReadKind(SlipH5 *h, const char kind[], SlipFaultTolerances
              "%s: %s has shape [%" PetscInt_FMT ", %" PetscInt_FMT "], expected 1 to %d controllers and 2 to %d "
              "accuracies%s",
              h->name, path[2], n, want[1], (int)TOLERANCES_MOST, (int)TOLERANCES_MOST, h->source);
-  PetscCall(CheckNumbers(h, kind, t));
+  for (PetscInt a = 0; a < t->accuracies; a++)
+    PetscCheck(isfinite(t->accuracy[a]) && t->accuracy[a] > 0 && (!a || t->accuracy[a] < t->accuracy[a - 1]),
+               PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s: number %" PetscInt_FMT " of /%s/accuracy is %g; expected numbers > 0 that fall%s", h->name, a, kind,
+               (double)t->accuracy[a], h->source);
+  for (PetscInt c = 0; c < t->controllers; c++)
+    for (PetscInt a = 0; a < t->accuracies; a++)
+      PetscCheck(isfinite(t->row[c].rtol[a]) && t->row[c].rtol[a] >= 0 &&
+                   (!a || t->row[c].rtol[a] <= t->row[c].rtol[a - 1]),
+                 PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+                 "%s: number %" PetscInt_FMT ", %" PetscInt_FMT
+                 " of /%s/rtol is %g; expected numbers >= 0 that do not rise along a row%s",
+                 h->name, c, a, kind, (double)t->row[c].rtol[a], h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

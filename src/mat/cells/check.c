@@ -311,27 +311,6 @@ static void TryClusters(Search *s, PetscInt a, PetscInt b)
   }
 }
 
-/* Finds the first two rows in the order of the tree that overlap or cross; -1 if there are none. */
-static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBool *cross)
-{
-  Search s = {.c = c, .rows = {-1, -1}};
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(6 * (size_t)c->n, &s.box));
-  for (PetscInt i = 0; i < c->n; i++) {
-    SlipCellsBox(c, i, s.box + 6 * (size_t)i);
-    s.near = PetscMax(s.near, SLIP_TOUCH * CellSide(c, i));
-  }
-  PetscCall(SlipClusterTreeCreate(c, CHECK_LEAF, &s.tree));
-  TryClusters(&s, 0, 0);
-  PetscCall(SlipClusterTreeDestroy(&s.tree));
-  PetscCall(PetscFree(s.box));
-  rows[0] = s.rows[0];
-  rows[1] = s.rows[1];
-  *cross = s.cross;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Refuses a mesh for which no stiffness can be computed. comm: communicator of the error messages; source: their
    source, for messages. Cells may touch along edges, at any angle, and the edge of one may end inside of another one,
    as where faults branch. Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (numbered from 0, or by cells->number)
@@ -349,6 +328,7 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
   PetscBool other = PETSC_FALSE;
   const char *words = CellWord(c, PETSC_TRUE);
   PetscInt rows[2] = {-1, -1};
+  Search s = {.c = c, .rows = {-1, -1}};
   PetscBool cross;
 
   PetscFunctionBegin;
@@ -362,7 +342,18 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
   PetscCheck(!other, comm, PETSC_ERR_ARG_INCOMP, "%s: kernel \"%s\" with %s, expected one for them", source, type->name,
              c->vertices ? "triangles" : "rectangles");
   for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(comm, c, i, source));
-  PetscCall(FindMeeting(c, rows, &cross));
+  PetscCall(PetscMalloc1(6 * (size_t)c->n, &s.box));
+  for (PetscInt i = 0; i < c->n; i++) {
+    SlipCellsBox(c, i, s.box + 6 * (size_t)i);
+    s.near = PetscMax(s.near, SLIP_TOUCH * CellSide(c, i));
+  }
+  PetscCall(SlipClusterTreeCreate(c, CHECK_LEAF, &s.tree));
+  TryClusters(&s, 0, 0);
+  PetscCall(SlipClusterTreeDestroy(&s.tree));
+  PetscCall(PetscFree(s.box));
+  rows[0] = s.rows[0];
+  rows[1] = s.rows[1];
+  cross = s.cross;
   if (rows[0] < 0) PetscFunctionReturn(PETSC_SUCCESS);
   for (int k = 0; k < 2; k++) rows[k] = CellNumber(c, rows[k]);
   PetscCheck(cross, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: %s %" PetscInt_FMT " and %" PetscInt_FMT " overlap", source,

@@ -17,8 +17,9 @@ void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
   }
 }
 
-/* Orthonormalises the columns of Y (n x r, column-major) in place. */
-PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
+/* Orthonormalises the columns of Y (n x r, column-major, r <= n) in place, by its QR factorisation; R [r * r]: its
+   triangle, or NULL. */
+PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[], PetscReal R[])
 {
   PetscBLASInt info, lwork = 64 * r;
   PetscReal *tau, *work;
@@ -27,6 +28,8 @@ PetscErrorCode SlipOrthonormalise(PetscBLASInt n, PetscBLASInt r, PetscReal Y[])
   PetscCall(PetscMalloc2(r, &tau, lwork, &work));
   PetscCallBLAS("LAPACKgeqrf", LAPACKgeqrf_(&n, &r, Y, &n, tau, work, &lwork, &info));
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK geqrf failed (info %d)", (int)info);
+  for (PetscInt j = 0; j < r && R; j++)
+    for (PetscInt i = 0; i < r; i++) R[(size_t)j * r + i] = i <= j ? Y[(size_t)j * n + i] : 0;
   PetscCallBLAS("LAPACKorgqr", LAPACKorgqr_(&n, &r, &r, Y, &n, tau, work, &lwork, &info));
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK orgqr failed (info %d)", (int)info);
   PetscCall(PetscFree2(tau, work));

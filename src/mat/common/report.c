@@ -67,29 +67,7 @@ PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all)
 PetscErrorCode MatSlipGetNotes(Mat A, const char **why)
 {
   PetscFunctionBegin;
-  PetscCall(SlipNoteGet(A, "SlipWhy", why));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Composes a note on why H is of its type, for views. */
-PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[])
-{
-  PetscBool same, dense, lanczos;
-  MatType type;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrcmp(asked, "sqrtm", &same));
-  if (!same) {
-    PetscCall(SlipNote(H, "SlipWhy", "%s as asked", asked));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MatGetType(K, &type));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)H, &dense, MATSEQDENSE, MATMPIDENSE, ""));
-  PetscCall(PetscObjectTypeCompare((PetscObject)H, "sliplanczos", &lanczos));
-  PetscCall(SlipNote(H, "SlipWhy", "sqrtm, %s, as the stiffness is %s",
-                     dense     ? "dense"
-                     : lanczos ? "by Lanczos' method in each product"
-                               : "spectral plus what that misses",
-                     type));
+  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipWhy", why));
+  if (!*why) *why = "";
   PetscFunctionReturn(PETSC_SUCCESS);
 }

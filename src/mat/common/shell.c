@@ -32,25 +32,13 @@ static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the type name, composes "MatConvert_<type>_dense_C", and marks the matrix as symmetric and assembled. */
-PetscErrorCode SlipShellFinish(Mat A, const char type[])
-{
-  char name[64];
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectChangeTypeName((PetscObject)A, type));
-  PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_dense_C", type));
-  PetscCall(PetscObjectComposeFunction((PetscObject)A, name, ShellToDense));
-  PetscCall(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates a shell with m local of M rows and n local of N columns; it owns ctx, which its destroy operation frees. */
+/* Creates a shell with m local of M rows and n local of N columns, symmetric and assembled unless ops say otherwise,
+   and composes "MatConvert_<type>_dense_C"; it owns ctx, which its destroy operation frees. */
 PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N, const char type[],
                                      const SlipShellOps *ops, void *ctx, Mat *A)
 {
+  char name[64];
+
   PetscFunctionBegin;
   PetscCall(MatCreateShell(comm, m, n, M, N, ctx, A));
   PetscCall(MatShellSetManageScalingShifts(*A));
@@ -63,17 +51,12 @@ PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, Pets
   if (ops->view) PetscCall(MatShellSetOperation(*A, MATOP_VIEW, SlipMatShellFn(ops->view)));
   if (ops->state) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_STATE_METHOD, ops->state));
   if (ops->device) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_DEVICE_METHOD, ops->device));
-  PetscCall(SlipShellFinish(*A, type));
-  if (ops->unsymmetric) PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_FALSE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates a square shell with n local of N rows and columns. */
-PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[], const SlipShellOps *ops,
-                               void *ctx, Mat *A)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipShellCreateOfSize(comm, n, n, N, N, type, ops, ctx, A));
+  PetscCall(PetscObjectChangeTypeName((PetscObject)*A, type));
+  PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_dense_C", type));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*A, name, ShellToDense));
+  PetscCall(MatSetOption(*A, MAT_SYMMETRIC, (PetscBool)!ops->unsymmetric));
+  PetscCall(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,7 +68,7 @@ PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps 
   PetscFunctionBegin;
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
-  PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, type, ops, ctx, A));
+  PetscCall(SlipShellCreateOfSize(PetscObjectComm((PetscObject)K), m, m, N, N, type, ops, ctx, A));
   PetscCall(MatGetVecType(K, &vectors)); /* on the device if K's are there */
   PetscCall(MatShellSetVecType(*A, vectors));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -102,14 +85,6 @@ PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...)
   va_end(args);
   PetscCall(PetscStrallocpy(text, &copy));
   PetscCall(SlipObjectComposeData((PetscObject)A, name, copy, SlipContainerDestroyDefault));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)A, name, text));
-  if (!*text) *text = "";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -92,23 +92,6 @@ static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tab
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Plans the transforms of a row's even tables, [0], and of its odd ones without the ends, which are 0; NULL: none */
-static PetscErrorCode PlanRows(PetscInt nk, PetscInt apart, PetscInt nz, PetscReal row[], fftw_plan plan[2])
-{
-  const int length[2] = {(int)nk, (int)nk - 2};
-  const fftw_r2r_kind kind[2] = {FFTW_REDFT00, FFTW_RODFT00};
-
-  PetscFunctionBegin;
-  for (int odd = 0; odd < 2; odd++) {
-    plan[odd] = NULL;
-    if (length[odd] < 1) continue;
-    plan[odd] = fftw_plan_many_r2r(1, &length[odd], (int)nz, row, NULL, (int)apart, 1, row, NULL, (int)apart, 1,
-                                   &kind[odd], FFTW_ESTIMATE | FFTW_UNALIGNED);
-    PetscCheck(plan[odd], PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a transform of length %d", length[odd]);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static void TransformRow(PetscInt nk, PetscInt nz, const Tables *t, const fftw_plan plan[2], PetscReal row[])
 {
   const PetscInt apart = t->count * nz;
@@ -132,13 +115,22 @@ static PetscErrorCode TablesByWave(MPI_Comm comm, const SlipDippingGrid *g, Pets
 {
   const PetscInt nz = g->grid.nz, apart = t->count * nz;
   const SlipLayout l = SlipLayoutOf(comm, nz, nk, apart);
+  const int length[2] = {(int)nk, (int)nk - 2};
+  const fftw_r2r_kind kind[2] = {FFTW_REDFT00, FFTW_RODFT00};
   PetscReal *rows, *points, *traction;
   fftw_plan plan[2];
 
   PetscFunctionBegin;
   PetscCall(SlipAllocate(l.size, &rows));
   PetscCall(PetscMalloc2(3 * nz, &points, 3 * nz, &traction));
-  PetscCall(PlanRows(nk, apart, nz, rows, plan));
+  /* for the even tables, and for the odd ones without the ends, which are 0; NULL: none */
+  for (int odd = 0; odd < 2; odd++) {
+    plan[odd] = NULL;
+    if (length[odd] < 1) continue;
+    plan[odd] = fftw_plan_many_r2r(1, &length[odd], (int)nz, rows, NULL, (int)apart, 1, rows, NULL, (int)apart, 1,
+                                   &kind[odd], FFTW_ESTIMATE | FFTW_UNALIGNED);
+    PetscCheck(plan[odd], PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a transform of length %d", length[odd]);
+  }
   for (PetscInt j = 0; j < l.rows; j++) {
     PetscReal *row = rows + (size_t)j * nk * apart;
 

@@ -4,21 +4,11 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
-static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)
-{
-  const PetscInt *ranges;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRanges(A, &ranges));
-  PetscCall(PetscMalloc1(size, &g->counts));
-  for (PetscMPIInt r = 0; r < size; r++) PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &g->counts[r]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates a gather. With a pencil it gathers A's rows, one or several per cell, of the pencil's cells; NULL: all of a
    vector that A multiplies. Collective. */
 PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
 {
+  const PetscInt *ranges;
   PetscMPIInt size;
   Vec x;
 
@@ -29,7 +19,9 @@ PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
   g->comm = PetscObjectComm((PetscObject)A);
   if (size > 1) {
     PetscCall(MatCreateVecs(A, pencil ? NULL : &x, pencil ? &x : NULL));
-    PetscCall(GatherCounts(A, size, g));
+    PetscCall(MatGetOwnershipRanges(A, &ranges));
+    PetscCall(PetscMalloc1(size, &g->counts));
+    for (PetscMPIInt r = 0; r < size; r++) PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &g->counts[r]));
     if (pencil) {
       const PetscInt cell = g->N / (pencil->nx * pencil->nz), n = pencil->layout.rows * pencil->nx * cell;
       IS from;

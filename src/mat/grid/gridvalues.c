@@ -91,33 +91,25 @@ void SlipGridKernel(const SlipGrid *g, PetscInt d, PetscReal block[])
     for (PetscInt jz = 0; jz <= iz; jz++) block[iz * g->nz + jz] = block[jz * g->nz + iz] = SlipGridEntry(g, d, iz, jz);
 }
 
-PetscErrorCode SlipFirstEntry(Mat K, PetscReal *first)
+PetscErrorCode SlipGridScale(Mat K, PetscReal *scale)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const SlipGrid *grid;
   const PetscScalar *d;
+  PetscReal first;
   PetscMPIInt rank;
   Vec diagonal;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(SlipGridOf(K, &grid));
   PetscCall(MatCreateVecs(K, NULL, &diagonal));
   PetscCall(MatGetDiagonal(K, diagonal));
   PetscCall(VecGetArrayRead(diagonal, &d));
-  *first = rank ? 0 : PetscRealPart(d[0]);
+  first = rank ? 0 : PetscRealPart(d[0]);
   PetscCall(VecRestoreArrayRead(diagonal, &d));
   PetscCall(VecDestroy(&diagonal));
-  PetscCallMPI(MPI_Bcast(first, 1, MPIU_REAL, 0, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipGridScale(Mat K, PetscReal *scale)
-{
-  const SlipGrid *grid;
-  PetscReal first;
-
-  PetscFunctionBegin;
-  PetscCall(SlipGridOf(K, &grid));
-  PetscCall(SlipFirstEntry(K, &first));
+  PetscCallMPI(MPI_Bcast(&first, 1, MPIU_REAL, 0, comm));
   *scale = first / SlipGridEntry(grid, 0, 0, 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -290,20 +290,6 @@ static PetscErrorCode FFTDestroy(Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CreateBorder(Mat K, FFTContext *c)
-{
-  PetscReal *b;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(K, &c->border, NULL));
-  PetscCall(VecDuplicate(c->border, &c->work));
-  PetscCall(VecGetArrayWrite(c->border, &b));
-  for (PetscInt i = c->start; i < c->end; i++)
-    b[i - c->start] = SlipGridBorder(&c->grid, i % c->grid.nx, i / c->grid.nx);
-  PetscCall(VecRestoreArrayWrite(c->border, &b));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K)
 {
   const SlipShellOps ops = {.mult = FFTMult,
@@ -314,15 +300,23 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
                             .device = FFTDevice};
   const PetscInt N = grid->nx * grid->nz;
   FFTContext *c;
+  PetscReal *b;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&c));
   c->scale = 1;
   c->grid = *grid;
-  PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
+  PetscCall(SlipShellCreateOfSize(comm, PETSC_DECIDE, PETSC_DECIDE, N, N, "slipfft", &ops, c, K));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatConvert_slipfft_dense_C", FFTToDense));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
-  if (grid->kernel.average == SLIP_AVERAGE_WHOLE) PetscCall(CreateBorder(*K, c));
+  if (grid->kernel.average == SLIP_AVERAGE_WHOLE) {
+    PetscCall(MatCreateVecs(*K, &c->border, NULL));
+    PetscCall(VecDuplicate(c->border, &c->work));
+    PetscCall(VecGetArrayWrite(c->border, &b));
+    for (PetscInt i = c->start; i < c->end; i++)
+      b[i - c->start] = SlipGridBorder(&c->grid, i % c->grid.nx, i / c->grid.nx);
+    PetscCall(VecRestoreArrayWrite(c->border, &b));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -155,18 +155,6 @@ PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt p
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FormStiffness(SlipToeplitz p, MPI_Comm comm)
-{
-  PetscReal *kernels;
-
-  PetscFunctionBegin;
-  PetscCall(KernelsByWave(p, comm, &kernels));
-  PetscCall(
-    SlipToeplitzSetSymbol(p, 3, SlipKernelIs(&p->grid.kernel, SLIP_EVEN_DEPTH) ? 1 : 3, kernels, &p->stiffness));
-  fftw_free(kernels);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Plans transforms out of place, which take two thirds of the time in place (1024 complex numbers, measured). */
 static PetscErrorCode Plan(SlipToeplitz p)
 {
@@ -216,6 +204,7 @@ static PetscErrorCode PlaneCreate(Mat K, const SlipGrid *grid, SlipToeplitz *pla
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const PetscReal b = grid->length_z / (PetscReal)grid->nz;
   SlipToeplitz p;
+  PetscReal *kernels;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&p));
@@ -224,7 +213,10 @@ static PetscErrorCode PlaneCreate(Mat K, const SlipGrid *grid, SlipToeplitz *pla
   p->period = SlipGoodLength(2 * grid->nx - 1);
   p->depth_period = SlipGoodLength(2 * grid->nz - 1);
   PetscCall(SlipTransposedFFTCreate(comm, grid->nx, grid->nz, p->period, &p->pencil));
-  PetscCall(FormStiffness(p, comm));
+  PetscCall(KernelsByWave(p, comm, &kernels));
+  PetscCall(
+    SlipToeplitzSetSymbol(p, 3, SlipKernelIs(&p->grid.kernel, SLIP_EVEN_DEPTH) ? 1 : 3, kernels, &p->stiffness));
+  fftw_free(kernels);
   PetscCall(PetscMalloc1(grid->nz, &p->z));
   for (PetscInt i = 0; i < grid->nz; i++) p->z[i] = grid->depth_top + ((PetscReal)i + 0.5) * b;
   PetscCall(SlipLanesFFTCreate(p->depth_period / 2, &p->lanes));
@@ -340,20 +332,6 @@ PetscErrorCode SlipToeplitzApplyWave(SlipToeplitz p, const SlipToeplitzSymbol *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Logs the flops of a product: real transforms along strike and complex ones in depth, both ways, and the symbols. */
-static PetscErrorCode LogFlops(SlipToeplitz p, const SlipToeplitzSymbol *symbol)
-{
-  const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
-  const PetscLogDouble rows = (PetscLogDouble)p->pencil->layout.rows, waves = (PetscLogDouble)p->pencil->layout.columns;
-  const PetscLogDouble fields = symbol->product ? 2 : 1;
-
-  PetscFunctionBegin;
-  PetscCall(
-    SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * rows * P * PetscLog2Real(P) +
-                                         waves * Q * (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Transforms this rank's rows of cells to its wavenumbers in the pencil. Collective. */
 PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x)
 {
@@ -391,6 +369,9 @@ PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y)
 PetscErrorCode SlipToeplitzApply(SlipToeplitz p, PetscReal scale, const SlipToeplitzSymbol *symbol, Vec x, Vec y)
 {
   SlipTransposedFFT pencil = p->pencil;
+  const PetscLogDouble P = (PetscLogDouble)p->period, Q = (PetscLogDouble)p->depth_period;
+  const PetscLogDouble rows = (PetscLogDouble)p->pencil->layout.rows, waves = (PetscLogDouble)p->pencil->layout.columns;
+  const PetscLogDouble fields = symbol->product ? 2 : 1;
 
   PetscFunctionBegin;
   PetscCall(SlipToeplitzForward(p, x));
@@ -398,6 +379,9 @@ PetscErrorCode SlipToeplitzApply(SlipToeplitz p, PetscReal scale, const SlipToep
     SlipLanesMultiply(p->lanes, symbol, k / SLIP_LANES, p->grid.nz, p->z, p->room,
                       pencil->by_wave + (size_t)k * 2 * p->grid.nz);
   PetscCall(SlipToeplitzBackward(p, scale / (PetscReal)p->depth_period, y));
-  PetscCall(LogFlops(p, symbol));
+  /* real transforms along strike and complex ones in depth, both ways, and the symbols */
+  PetscCall(
+    SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * rows * P * PetscLog2Real(P) +
+                                         waves * Q * (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

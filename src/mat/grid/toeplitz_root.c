@@ -19,18 +19,6 @@
 /* Gap between the fault and its image, over the fault's extent in depth, above which the image is left out */
 #define SLIP_IMAGE_GAP 0.5
 
-static PetscErrorCode ChooseImage(SlipToeplitz p)
-{
-  const SlipGrid *g = &p->grid;
-  const PetscReal gap = 2 * g->depth_top * (PetscReal)g->nz / g->length_z;
-
-  PetscFunctionBegin;
-  p->image = (PetscBool)(!SlipKernelIs(&g->kernel, SLIP_EVEN_DEPTH) && gap <= SLIP_IMAGE_GAP * (PetscReal)g->nz);
-  p->gap = p->image ? (PetscInt)PetscFloorReal(gap + 0.5) : 0;
-  p->length = SlipGoodLength(p->image ? 2 * g->nz + p->gap : g->nz);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode CosinePlan(PetscInt length, PetscReal line[], fftw_plan *plan)
 {
   PetscFunctionBegin;
@@ -119,33 +107,21 @@ static PetscErrorCode RootDestroy(SlipToeplitz p)
 /* Gets S [Pa/m], unscaled: *count values at each of this rank's nk wavenumbers along strike. Collective. */
 PetscErrorCode SlipToeplitzGetWaves(SlipToeplitz p, PetscInt *nk, PetscInt *count, const PetscReal **symbol)
 {
+  const SlipGrid *g = &p->grid;
+  const PetscReal gap = 2 * g->depth_top * (PetscReal)g->nz / g->length_z;
+
   PetscFunctionBegin;
   if (!p->symbol) {
     p->root_destroy = RootDestroy;
-    PetscCall(ChooseImage(p));
+    p->image = (PetscBool)(!SlipKernelIs(&g->kernel, SLIP_EVEN_DEPTH) && gap <= SLIP_IMAGE_GAP * (PetscReal)g->nz);
+    p->gap = p->image ? (PetscInt)PetscFloorReal(gap + 0.5) : 0;
+    p->length = SlipGoodLength(p->image ? 2 * g->nz + p->gap : g->nz);
     PetscCall(FormWaves(p));
     PetscCall(PlanWaves(p));
   }
   *nk = p->pencil->layout.columns;
   *count = p->length + 1;
   *symbol = p->symbol;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes the root's diagonal at every depth, the mean over all wavenumbers of kernel[local nk][2 nz - 1][2]. */
-static PetscErrorCode RootDiagonal(SlipToeplitz p, const PetscReal kernel[])
-{
-  const PetscInt nz = p->grid.nz, first = p->pencil->layout.column_start;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1(nz, &p->diagonal));
-  for (PetscInt k = 0; k < p->pencil->layout.columns; k++) {
-    const PetscReal weight = (first + k == 0 || 2 * (first + k) == p->period ? 1.0 : 2.0) / (PetscReal)p->period;
-    const PetscReal *line = kernel + (size_t)k * 2 * (2 * nz - 1);
-
-    for (PetscInt i = 0; i < nz; i++) p->diagonal[i] += weight * (line[0] + line[2 * (2 * i) + 1]);
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, p->diagonal, (PetscMPIInt)nz, MPIU_REAL, MPI_SUM, p->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,6 +153,7 @@ static PetscErrorCode RootKernels(SlipToeplitz p, PetscReal kernel[])
 /* Gets the unscaled kernel's approximate square root, and its diagonal at all depths [(Pa/m)^(1/2)]. Collective. */
 PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz p, const SlipToeplitzSymbol **root, const PetscReal **diagonal)
 {
+  const PetscInt nz = p->grid.nz, first = p->pencil->layout.column_start;
   const PetscReal *symbol;
   PetscReal *kernel;
   PetscInt nk, count;
@@ -186,7 +163,15 @@ PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz p, const SlipToeplitzSymbol **ro
     PetscCall(SlipToeplitzGetWaves(p, &nk, &count, &symbol));
     PetscCall(SlipAllocate((size_t)p->pencil->layout.columns * 2 * (2 * p->grid.nz - 1), &kernel));
     PetscCall(RootKernels(p, kernel));
-    PetscCall(RootDiagonal(p, kernel));
+    /* the diagonal at every depth is the mean over all wavenumbers */
+    PetscCall(PetscCalloc1(nz, &p->diagonal));
+    for (PetscInt k = 0; k < p->pencil->layout.columns; k++) {
+      const PetscReal weight = (first + k == 0 || 2 * (first + k) == p->period ? 1.0 : 2.0) / (PetscReal)p->period;
+      const PetscReal *line = kernel + (size_t)k * 2 * (2 * nz - 1);
+
+      for (PetscInt i = 0; i < nz; i++) p->diagonal[i] += weight * (line[0] + line[2 * (2 * i) + 1]);
+    }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, p->diagonal, (PetscMPIInt)nz, MPIU_REAL, MPI_SUM, p->comm));
     PetscCall(SlipToeplitzSetSymbol(p, 2, p->image ? 2 : 1, kernel, &p->root));
     fftw_free(kernel);
   }
@@ -240,30 +225,6 @@ static PetscInt PlaceOf(SlipToeplitz p, PetscInt i)
   return j % 2 ? p->length - 1 - j / 2 : j / 2;
 }
 
-/* Copies the field [nz] complex to the padded line. */
-static void LoadWave(SlipToeplitz p, const PetscReal field[])
-{
-  PetscReal *line = p->line;
-
-  for (PetscInt i = 0; i < (p->image ? 2 : 4) * p->length; i++) line[i] = 0;
-  for (PetscInt i = 0; i < p->grid.nz; i++) {
-    const PetscInt to = PlaceOf(p, i);
-
-    line[2 * to] = field[2 * i];
-    line[2 * to + 1] = field[2 * i + 1];
-  }
-}
-
-static void StoreWave(SlipToeplitz p, PetscReal field[])
-{
-  for (PetscInt i = 0; i < p->grid.nz; i++) {
-    const PetscInt from = PlaceOf(p, i);
-
-    field[2 * i] = p->line[2 * from];
-    field[2 * i + 1] = p->line[2 * from + 1];
-  }
-}
-
 /* Multiplies cosines X(k) by f(k) in terms of V: where a and b are half the sum and difference of f(k) and f(n - k),
    V(k) = a V(k) + b w^-2k V(n - k) and V(n - k) = a V(n - k) + b w^2k V(k). */
 static void MultiplyCosines(PetscInt n, const PetscReal f[], const PetscReal turn[], PetscReal V[])
@@ -284,35 +245,41 @@ static void MultiplyCosines(PetscInt n, const PetscReal f[], const PetscReal tur
   }
 }
 
-/* Multiplies the transform of the line by f [length + 1]. */
-static void MultiplyWave(SlipToeplitz p, const PetscReal f[])
-{
-  const PetscInt n = p->length;
-  PetscReal *waves = p->line + (p->image ? 2 : 4) * n;
-
-  if (p->image) MultiplyCosines(n, f, p->turn, waves);
-  for (PetscInt i = 0; i < 2 * n && !p->image; i++) {
-    const PetscReal factor = f[PetscMin(i, 2 * n - i)];
-
-    waves[2 * i] *= factor;
-    waves[2 * i + 1] *= factor;
-  }
-}
-
 /* Computes y = part of the plane's operator with the symbol f, [local nk][count] as S of SlipToeplitzGetWaves().
    Collective. */
 PetscErrorCode SlipToeplitzApplyWaves(SlipToeplitz p, const PetscReal f[], Vec x, Vec y)
 {
+  const PetscInt n = p->length, reals = (p->image ? 2 : 4) * n;
+  PetscReal *line = p->line, *waves = p->line + reals;
+
   PetscFunctionBegin;
   PetscCall(SlipToeplitzForward(p, x));
   for (PetscInt k = 0; k < p->pencil->layout.columns; k++) {
     PetscReal *field = p->pencil->by_wave + (size_t)k * 2 * p->grid.nz;
+    const PetscReal *factors = f + (size_t)k * (n + 1);
 
-    LoadWave(p, field);
+    for (PetscInt i = 0; i < reals; i++) line[i] = 0; /* padded */
+    for (PetscInt i = 0; i < p->grid.nz; i++) {
+      const PetscInt to = PlaceOf(p, i);
+
+      line[2 * to] = field[2 * i];
+      line[2 * to + 1] = field[2 * i + 1];
+    }
     fftw_execute(p->wave[0]);
-    MultiplyWave(p, f + (size_t)k * (p->length + 1));
+    if (p->image) MultiplyCosines(n, factors, p->turn, waves);
+    for (PetscInt i = 0; i < 2 * n && !p->image; i++) {
+      const PetscReal factor = factors[PetscMin(i, 2 * n - i)];
+
+      waves[2 * i] *= factor;
+      waves[2 * i + 1] *= factor;
+    }
     fftw_execute(p->wave[1]);
-    StoreWave(p, field);
+    for (PetscInt i = 0; i < p->grid.nz; i++) {
+      const PetscInt from = PlaceOf(p, i);
+
+      field[2 * i] = line[2 * from];
+      field[2 * i + 1] = line[2 * from + 1];
+    }
   }
   {
     const PetscLogDouble P = (PetscLogDouble)p->period, Q = 2 * (PetscLogDouble)p->length;

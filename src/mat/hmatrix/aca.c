@@ -59,22 +59,6 @@ static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
     }
 }
 
-static void ResidualColumn(Cross *c, PetscInt j, PetscReal u[])
-{
-  const PetscInt columns = c->tuple[1];
-
-  if (c->at[1] != j / columns) {
-    c->at[1] = j / columns;
-    (*c->entries)(c->ctx, 0, c->m / c->tuple[0], c->at[1], 1, c->known[1]);
-  }
-  for (PetscInt k = 0; k < c->m; k++) u[k] = c->known[1][(size_t)(j % columns) * c->m + k];
-  for (PetscInt r = 0; r < c->rank; r++) {
-    const PetscReal f = c->V[(size_t)r * c->n + j], *w = c->U + (size_t)r * c->m;
-
-    for (PetscInt k = 0; k < c->m; k++) u[k] -= f * w[k];
-  }
-}
-
 static PetscReal Dot(size_t n, const PetscReal a[], const PetscReal b[])
 {
   PetscReal sum = 0;
@@ -106,10 +90,20 @@ static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
 {
   PetscReal *u = c->U + (size_t)c->rank * c->m, *v = c->V + (size_t)c->rank * c->n;
   const PetscReal pivot = v[j];
+  const PetscInt columns = c->tuple[1];
   PetscReal u2, v2;
 
   for (PetscInt k = 0; k < c->n; k++) v[k] /= pivot;
-  ResidualColumn(c, j, u);
+  if (c->at[1] != j / columns) {
+    c->at[1] = j / columns;
+    (*c->entries)(c->ctx, 0, c->m / c->tuple[0], c->at[1], 1, c->known[1]);
+  }
+  for (PetscInt k = 0; k < c->m; k++) u[k] = c->known[1][(size_t)(j % columns) * c->m + k];
+  for (PetscInt r = 0; r < c->rank; r++) {
+    const PetscReal f = c->V[(size_t)r * c->n + j], *w = c->U + (size_t)r * c->m;
+
+    for (PetscInt k = 0; k < c->m; k++) u[k] -= f * w[k];
+  }
   u2 = Dot((size_t)c->m, u, u);
   v2 = Dot((size_t)c->n, v, v);
   for (PetscInt r = 0; r < c->rank; r++)
@@ -185,42 +179,6 @@ static PetscErrorCode Run(Cross *c, PetscReal tolerance, PetscInt max, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces A [m * k] by Q of its QR factorisation, and sets R [k * k] to its triangle; k <= m. */
-static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], PetscReal R[])
-{
-  PetscBLASInt bm, bk, lwork, info;
-  PetscReal *tau, *work;
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(m, &bm));
-  PetscCall(PetscBLASIntCast(k, &bk));
-  lwork = 32 * bk;
-  PetscCall(PetscMalloc2(k, &tau, lwork, &work));
-  PetscCallBLAS("LAPACKgeqrf", LAPACKgeqrf_(&bm, &bk, A, &bm, tau, work, &lwork, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK geqrf: info %d", (int)info);
-  for (PetscInt j = 0; j < k; j++)
-    for (PetscInt i = 0; i < k; i++) R[(size_t)j * k + i] = i <= j ? A[(size_t)j * m + i] : 0;
-  PetscCallBLAS("LAPACKorgqr", LAPACKorgqr_(&bm, &bk, &bk, A, &bm, tau, work, &lwork, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK orgqr: info %d", (int)info);
-  PetscCall(PetscFree2(tau, work));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns the number of terms, with the singular values s [r], that need double precision. With orthonormal factors,
-   one of them times s, rounding of each factor changes the block by at most half an epsilon of the root of the sum of
-   the terms' s^2. */
-static PetscInt Head(PetscReal tolerance, PetscReal total, PetscInt r, const PetscReal s[])
-{
-  const PetscReal bound = total * PetscSqr(CROSS_ROUND * tolerance / FLT_EPSILON);
-  PetscReal tail = 0;
-
-  while (r > 0 && tail + s[r - 1] * s[r - 1] <= bound) {
-    r--;
-    tail += s[r] * s[r];
-  }
-  return r;
-}
-
 /* Truncates U V' in place with an error of at most tolerance times its norm. */
 static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscInt *head,
                                  PetscReal U[], PetscReal V[])
@@ -228,7 +186,7 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   const PetscInt k = *rank;
   const size_t kk = (size_t)k * k;
   const PetscScalar one = 1, zero = 0;
-  PetscReal *R, *Q, *C, *s, *left, *right, *work, *X, *Y, total = 0, tail = 0;
+  PetscReal *R, *Q, *C, *s, *left, *right, *work, *X, *Y, total = 0, tail = 0, bound;
   PetscBLASInt bk, bm, bn, br, lwork, info;
   PetscInt r = k;
 
@@ -241,17 +199,23 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   lwork = 10 * bk;
   PetscCall(PetscMalloc7(kk, &R, kk, &Q, kk, &C, k, &s, kk, &left, kk, &right, lwork, &work));
   PetscCall(PetscMalloc2((size_t)m * k, &X, (size_t)n * k, &Y));
-  PetscCall(Orthogonalise(m, k, U, R));
-  PetscCall(Orthogonalise(n, k, V, Q));
+  PetscCall(SlipOrthonormalise(bm, bk, U, R));
+  PetscCall(SlipOrthonormalise(bn, bk, V, Q));
   PetscCallBLAS("BLASgemm", BLASgemm_("N", "T", &bk, &bk, &bk, &one, R, &bk, Q, &bk, &zero, C, &bk));
   PetscCallBLAS("LAPACKgesvd", LAPACKgesvd_("A", "A", &bk, &bk, C, &bk, s, left, &bk, right, &bk, work, &lwork, &info));
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK gesvd: info %d", (int)info);
   for (PetscInt i = 0; i < k; i++) total += s[i] * s[i];
+  bound = total * PetscSqr(CROSS_ROUND * tolerance / FLT_EPSILON);
   while (r > 0 && tail + s[r - 1] * s[r - 1] <= PetscSqr(CROSS_TRUNCATE * tolerance) * total) {
     r--;
     tail += s[r] * s[r];
   }
-  *head = Head(tolerance, total, r, s);
+  /* with orthonormal factors, one of them times s, rounding of each factor to single precision changes the block by at
+     most half an epsilon of the root of the sum of the terms' s^2 */
+  for (*head = r, tail = 0; *head > 0 && tail + s[*head - 1] * s[*head - 1] <= bound;) {
+    (*head)--;
+    tail += s[*head] * s[*head];
+  }
   for (PetscInt j = 0; j < r; j++)
     for (PetscInt i = 0; i < k; i++) left[(size_t)j * k + i] *= s[j];
   PetscCall(PetscBLASIntCast(r, &br));

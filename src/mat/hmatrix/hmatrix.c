@@ -83,32 +83,24 @@ static PairList PairListOf(const SlipCells *cells)
   return (PairList){.admissible = cells->dip ? HMAT_ADMISSIBLE_DIPPING : HMAT_ADMISSIBLE};
 }
 
-static PetscErrorCode AddPair(PairList *list, PetscInt a, PetscInt b, PetscBool low)
-{
-  Pair *more;
-
-  PetscFunctionBegin;
-  if (list->n == list->capacity) {
-    PetscCall(PetscMalloc1(2 * list->capacity + 64, &more));
-    PetscCall(PetscArraycpy(more, list->pair, list->n));
-    PetscCall(PetscFree(list->pair));
-    list->pair = more;
-    list->capacity = 2 * list->capacity + 64;
-  }
-  list->pair[list->n++] = (Pair){a, b, low};
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Lists pairs of clusters that cover all of a x b, or only its upper triangle if a == b and not whole. */
 static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, PetscInt a, PetscInt b, PairList *list)
 {
   const SlipCluster *p = &tree->node[a], *q = &tree->node[b];
   const PetscReal smaller = PetscMin(p->diameter, q->diameter);
   const PetscBool far = a != b && smaller <= list->admissible * SlipClusterDistance(p, q) ? PETSC_TRUE : PETSC_FALSE;
+  Pair *more;
 
   PetscFunctionBegin;
   if (far || (p->child[0] < 0 && q->child[0] < 0)) {
-    PetscCall(AddPair(list, a, b, far));
+    if (list->n == list->capacity) {
+      PetscCall(PetscMalloc1(2 * list->capacity + 64, &more));
+      PetscCall(PetscArraycpy(more, list->pair, list->n));
+      PetscCall(PetscFree(list->pair));
+      list->pair = more;
+      list->capacity = 2 * list->capacity + 64;
+    }
+    list->pair[list->n++] = (Pair){a, b, far};
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (int i = 0; i < (p->child[0] < 0 ? 1 : 2); i++)
@@ -409,11 +401,42 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
+/* Creates S, or if whole Kn. */
+PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, PetscBool whole,
+                                      Mat *S)
 {
-  PetscInt work = 1;
+  const PetscInt columns = cells->kernel.type->components, rows = whole ? 1 : columns;
+  const SlipShellOps ops = {.mult = HMatMult,
+                            .diagonal = rows == columns ? HMatGetDiagonal : NULL,
+                            .scale = HMatScale,
+                            .view = HMatView,
+                            .info = HMatGetInfo,
+                            .destroy = HMatDestroy,
+                            .device = HMatDevice,
+                            .unsymmetric = whole};
+  PetscInt work = 1, nlocal, *row;
+  HMat *h;
 
   PetscFunctionBegin;
+  PetscCall(PetscNew(&h));
+  h->scale = 1;
+  h->whole = whole;
+  h->tolerance = tolerance;
+  h->N = cells->n;
+  h->rows = rows;
+  h->columns = columns;
+  PetscCall(SlipCellsRows(comm, cells, &nlocal));
+  PetscCall(
+    SlipShellCreateOfSize(comm, rows * nlocal, columns * nlocal, rows * h->N, columns * h->N, "sliphmat", &ops, h, S));
+  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
+  /* the places of cells in the tree's order */
+  PetscCall(PetscCalloc1(h->columns * h->N + SLIP_HBLOCK_PAD, &h->x));
+  PetscCall(PetscMalloc3(h->rows * h->N + SLIP_HBLOCK_PAD, &h->y, h->rows * h->N, &h->z, h->N, &h->row));
+  PetscCall(PetscMalloc1(h->N, &row));
+  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
+  for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
+  PetscCall(PetscFree(row));
+  PetscCall(CreateBlocks(*S, h, cells));
   for (PetscInt b = 0; b < h->nblocks; b++) {
     const SlipHBlock *k = &h->block[b];
 
@@ -431,87 +454,20 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
   h->mean_rank /= (PetscReal)PetscMax(h->low, 1);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
   PetscCall(PetscMalloc1(work, &h->t));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes the diagonal of a square matrix. */
-static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
-{
-  const PetscReal unit = h->whole ? 0 : SlipCellsUnit(cells);
-  PetscReal *d, block[SLIP_KERNEL_BLOCK];
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S, &h->diagonal, NULL));
-  PetscCall(VecGetArrayWrite(h->diagonal, &d));
-  for (PetscInt i = h->gather.start; i < h->gather.end; i += h->rows) {
-    const PetscInt e = SlipCellsAt(cells, i / h->rows);
-
-    SlipCellsEntries(cells, unit, 1, &e, 1, &e, h->rows, block);
-    for (PetscInt c = 0; c < h->rows; c++) d[i - h->gather.start + c] = block[c * (h->rows + 1)];
-  }
-  PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes the places of cells in the tree's order, and allocates work arrays. */
-static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
-{
-  PetscInt *row;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1(h->columns * h->N + SLIP_HBLOCK_PAD, &h->x));
-  PetscCall(PetscMalloc3(h->rows * h->N + SLIP_HBLOCK_PAD, &h->y, h->rows * h->N, &h->z, h->N, &h->row));
-  PetscCall(PetscMalloc1(h->N, &row));
-  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
-  for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
-  PetscCall(PetscFree(row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Create(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, PetscBool whole, Mat *S)
-{
-  const PetscInt columns = cells->kernel.type->components, rows = whole ? 1 : columns;
-  const SlipShellOps ops = {.mult = HMatMult,
-                            .diagonal = rows == columns ? HMatGetDiagonal : NULL,
-                            .scale = HMatScale,
-                            .view = HMatView,
-                            .info = HMatGetInfo,
-                            .destroy = HMatDestroy,
-                            .device = HMatDevice,
-                            .unsymmetric = whole};
-  PetscInt nlocal;
-  HMat *h;
-
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&h));
-  h->scale = 1;
-  h->whole = whole;
-  h->tolerance = tolerance;
-  h->N = cells->n;
-  h->rows = rows;
-  h->columns = columns;
-  PetscCall(SlipCellsRows(comm, cells, &nlocal));
-  PetscCall(
-    SlipShellCreateOfSize(comm, rows * nlocal, columns * nlocal, rows * h->N, columns * h->N, "sliphmat", &ops, h, S));
-  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
-  PetscCall(Allocate(h, cells));
-  PetscCall(CreateBlocks(*S, h, cells));
-  PetscCall(CountStorage(comm, h));
   PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
-  if (rows == columns) PetscCall(FillDiagonal(*S, h, cells));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  if (rows == columns) {
+    const PetscReal unit = whole ? 0 : SlipCellsUnit(cells);
+    PetscReal *d, block[SLIP_KERNEL_BLOCK];
 
-PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *S)
-{
-  PetscFunctionBegin;
-  PetscCall(Create(comm, cells, tolerance, PETSC_FALSE, S));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+    PetscCall(MatCreateVecs(*S, &h->diagonal, NULL));
+    PetscCall(VecGetArrayWrite(h->diagonal, &d));
+    for (PetscInt i = h->gather.start; i < h->gather.end; i += h->rows) {
+      const PetscInt e = SlipCellsAt(cells, i / h->rows);
 
-PetscErrorCode SlipNormalCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, Mat *Kn)
-{
-  PetscFunctionBegin;
-  PetscCall(Create(comm, cells, tolerance, PETSC_TRUE, Kn));
+      SlipCellsEntries(cells, unit, 1, &e, 1, &e, h->rows, block);
+      for (PetscInt c = 0; c < h->rows; c++) d[i - h->gather.start + c] = block[c * (h->rows + 1)];
+    }
+    PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -13,23 +13,17 @@ static PetscInt RowsOf(const SlipCells *c)
   return c->kernel.type->components * c->n;
 }
 
-/* Lists the cell of each row, [n], which the caller frees with PetscFree(). */
-static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
+/* Computes this process' rows of S, or of Kn if normal, from the kernel, except entries that follow by symmetry */
+static PetscErrorCode CellMatCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, PetscBool normal,
+                                          Mat *A)
 {
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(c->n, cell));
-  for (PetscInt i = 0; i < c->n; i++) (*cell)[i] = SlipCellsAt(c, i);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes this process' rows of S, or of Kn if unit is 0, from the kernel, except entries that follow by symmetry */
-static PetscErrorCode CreateDense(MPI_Comm comm, const SlipCells *c, PetscReal unit, Mat *A)
-{
+  const PetscReal unit = normal ? 0 : SlipCellsUnit(c);
   const PetscInt columns = c->kernel.type->components, rows = unit == 0 ? 1 : columns;
   PetscScalar *a;
   PetscInt nlocal, rstart, rend, lda, *cell;
 
   PetscFunctionBegin;
+  (void)tolerance;
   PetscCall(SlipCellsRows(comm, c, &nlocal));
   PetscCall(MatCreateDense(comm, rows * nlocal, columns * nlocal, rows * c->n, columns * c->n, NULL, A));
   PetscCall(MatGetOwnershipRange(*A, &rstart, &rend));
@@ -37,7 +31,8 @@ static PetscErrorCode CreateDense(MPI_Comm comm, const SlipCells *c, PetscReal u
   rend /= rows;
   PetscCall(MatDenseGetLDA(*A, &lda));
   PetscCall(MatDenseGetArrayWrite(*A, &a));
-  PetscCall(CellsOfRows(c, &cell));
+  PetscCall(PetscMalloc1(c->n, &cell));
+  for (PetscInt i = 0; i < c->n; i++) cell[i] = SlipCellsAt(c, i);
   for (PetscInt j = 0; j < c->n; j++) {
     const PetscInt end = unit == 0 || j < rstart ? rend : PetscMin(j + 1, rend);
 
@@ -55,49 +50,14 @@ static PetscErrorCode CreateDense(MPI_Comm comm, const SlipCells *c, PetscReal u
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *S)
-{
-  PetscFunctionBegin;
-  (void)tolerance;
-  PetscCall(CreateDense(comm, c, SlipCellsUnit(c), S));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode NormalCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *Kn)
-{
-  PetscFunctionBegin;
-  (void)tolerance;
-  PetscCall(CreateDense(comm, c, 0, Kn));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* One row per type of storage. */
 static const struct {
   const char *name;
-  PetscErrorCode (*create)(MPI_Comm, const SlipCells *, PetscReal, Mat *);
-  PetscErrorCode (*normal)(MPI_Comm, const SlipCells *, PetscReal, Mat *);
+  PetscErrorCode (*create)(MPI_Comm, const SlipCells *, PetscReal, PetscBool, Mat *);
 } SlipCellTypes[] = {
-  {"dense", StiffnessCreate_Dense, NormalCreate_Dense},
-  {"hmat", SlipStiffnessCreate_HMat, SlipNormalCreate_HMat},
+  {"dense", CellMatCreate_Dense},
+  {"hmat", SlipCellMatCreate_HMat},
 };
-
-/* Finds the row of a type other than "auto". */
-static PetscErrorCode FindType(MPI_Comm comm, const char type[], PetscReal tolerance, PetscInt *row)
-{
-  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
-  PetscBool match = PETSC_FALSE;
-
-  PetscFunctionBegin;
-  PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
-  for (*row = 0; *row < ntypes; (*row)++) {
-    PetscCall(PetscStrcmp(type, SlipCellTypes[*row].name, &match));
-    if (match) break;
-  }
-  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Replaces "auto" by "dense" or "hmat". */
 static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
@@ -125,31 +85,40 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates S with weights and notes from the row of a type; the cells must have been checked. */
-static PetscErrorCode StiffnessCreate(MPI_Comm comm, const SlipCells *cells, const char asked[], PetscReal tolerance,
-                                      Mat *S)
+/* Creates S with weights and notes, or Kn if normal; the cells must have been checked. */
+static PetscErrorCode CellMatCreate(MPI_Comm comm, const SlipCells *cells, const char asked[], PetscReal tolerance,
+                                    PetscBool normal, Mat *S)
 {
   SlipCells own = *cells;
   PetscReal *edges = NULL, *directions;
+  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
   const char *type = asked;
-  PetscBool automatic;
+  PetscBool match = PETSC_FALSE;
   PetscInt k;
 
   PetscFunctionBegin;
   PetscCall(ChooseType(cells, &type));
-  PetscCall(FindType(comm, type, tolerance, &k));
+  PetscCheck(tolerance > 0 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Tolerance of hierarchical storage must lie in (0, 1), not %g", (double)tolerance);
+  for (k = 0; k < ntypes; k++) {
+    PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
+    if (match) break;
+  }
+  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipCellsDirections(cells, &directions));
   own.directions = directions;
-  if (own.kernel.average) PetscCall(SlipCellsEdges(&own, &edges));
+  if (own.kernel.average && !normal) PetscCall(SlipCellsEdges(&own, &edges));
   own.edges = edges;
-  PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
+  PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, normal, S));
   PetscCall(PetscFree(directions));
   PetscCall(PetscFree(edges));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
-  PetscCall(PetscStrcmp(asked, "auto", &automatic));
-  if (automatic)
+  if (normal) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(asked, "auto", &match));
+  if (match)
     PetscCall(SlipNote(*S, "SlipWhy", "auto: %s %d %s", RowsOf(cells) > SLIP_ROWS_DENSE_MAX ? "more than" : "at most",
                        SLIP_ROWS_DENSE_MAX, cells->kernel.type->components > 1 ? "rows" : "cells"));
   else
@@ -166,27 +135,6 @@ static PetscErrorCode CheckNormal(MPI_Comm comm, const SlipCells *cells)
   PetscCheck(cells->kernel.type->normals == 1, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
              cells->kernel.type->name);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates Kn in the same way. */
-static PetscErrorCode NormalCreate(MPI_Comm comm, const SlipCells *cells, const char type[], PetscReal tolerance,
-                                   Mat *Kn)
-{
-  SlipCells own = *cells;
-  PetscReal *directions;
-  PetscInt k;
-
-  PetscFunctionBegin;
-  PetscCall(ChooseType(cells, &type));
-  PetscCall(FindType(comm, type, tolerance, &k));
-  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipCellsDirections(cells, &directions));
-  own.directions = directions;
-  PetscCall(SlipCellTypes[k].normal(comm, &own, tolerance, Kn));
-  PetscCall(PetscFree(directions));
-  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -231,7 +179,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCall(SlipMatInitializePackage());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
   PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 1));
-  PetscCall(StiffnessCreate(comm, cells, type, tolerance, S));
+  PetscCall(CellMatCreate(comm, cells, type, tolerance, PETSC_FALSE, S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -268,7 +216,7 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
   PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 1));
   PetscCall(CheckNormal(comm, cells));
-  PetscCall(NormalCreate(comm, cells, type, tolerance, Kn));
+  PetscCall(CellMatCreate(comm, cells, type, tolerance, PETSC_TRUE, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,11 +266,11 @@ PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, const SlipCells *
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
   PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 2));
   if (Kn && cells->kernel.type->components == 2) PetscCall(CheckNormal(comm, cells));
-  PetscCall(StiffnessCreate(comm, cells, type, tolerance, S));
+  PetscCall(CellMatCreate(comm, cells, type, tolerance, PETSC_FALSE, S));
   if (!Kn) PetscFunctionReturn(PETSC_SUCCESS);
   if (cells->kernel.type->components == 3)
     PetscCall(MatCreateSlipNormalRows(*S, Kn));
   else
-    PetscCall(NormalCreate(comm, cells, type, tolerance, Kn));
+    PetscCall(CellMatCreate(comm, cells, type, tolerance, PETSC_TRUE, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,30 +14,6 @@ typedef struct {
   Vec there;   /* weights of the normal rows on the device; NULL: 1, or no device */
 } NormalRows;
 
-static PetscErrorCode TakeOnDevice(const NormalRows *r, Vec f, Vec n)
-{
-  const int start = 2, step = 3;
-  SlipDeviceMemory from, to;
-  SlipDevice device;
-  PetscInt m;
-  int rows;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceGet(&device));
-  PetscCall(VecGetLocalSize(n, &m));
-  rows = (int)m;
-  PetscCall(SlipDeviceVecRead(f, &from));
-  PetscCall(SlipDeviceVecWrite(n, &to));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(rows), SLIP_DEVICE_ARG(start), SLIP_DEVICE_ARG(step),
-                                  SLIP_DEVICE_ARG(from), SLIP_DEVICE_ARG(to)};
-
-    PetscCall(SlipDeviceRun(device, KERNEL_GATHER, (size_t)rows, 1, 5, args));
-  }
-  if (r->there) PetscCall(VecPointwiseDivide(n, n, r->there));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* n_i = f_(3 i + 2) / w_i */
 static PetscErrorCode Take(const NormalRows *r, Vec f, Vec n)
 {
@@ -45,10 +21,25 @@ static PetscErrorCode Take(const NormalRows *r, Vec f, Vec n)
   PetscReal *b;
   PetscInt m;
   const SlipArrays arrays[] = {{f, .read = &a}, {r->weights, .read = &w}, {n, .write = &b}};
+  const int start = 2, step = 3;
+  SlipDeviceMemory from, to;
+  SlipDevice device;
+  int rows;
 
   PetscFunctionBegin;
   if (SlipDeviceVecIs(f) && SlipDeviceVecIs(n)) {
-    PetscCall(TakeOnDevice(r, f, n));
+    PetscCall(SlipDeviceGet(&device));
+    PetscCall(VecGetLocalSize(n, &m));
+    rows = (int)m;
+    PetscCall(SlipDeviceVecRead(f, &from));
+    PetscCall(SlipDeviceVecWrite(n, &to));
+    {
+      const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(rows), SLIP_DEVICE_ARG(start), SLIP_DEVICE_ARG(step),
+                                    SLIP_DEVICE_ARG(from), SLIP_DEVICE_ARG(to)};
+
+      PetscCall(SlipDeviceRun(device, KERNEL_GATHER, (size_t)rows, 1, 5, args));
+    }
+    if (r->there) PetscCall(VecPointwiseDivide(n, n, r->there));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetLocalSize(n, &m));

@@ -103,28 +103,10 @@ static int CompareIndices(const void *a, const void *b)
   return p < q ? -1 : p > q;
 }
 
-/* Sorts each row and removes duplicates. */
-static void Compact(Graph *g)
-{
-  idx_t end = 0;
-
-  for (idx_t i = 0; i < g->n; i++) {
-    const idx_t first = g->start[i], size = g->start[i + 1] - first;
-    idx_t last = -1;
-
-    qsort(g->neighbour + first, (size_t)size, sizeof(idx_t), CompareIndices);
-    g->start[i] = end;
-    for (idx_t k = first; k < first + size; k++) {
-      if (g->neighbour[k] != last) g->neighbour[end++] = g->neighbour[k];
-      last = g->neighbour[end - 1];
-    }
-  }
-  g->start[g->n] = end;
-}
-
 /* Creates the graph that joins each cell to its nearest ones and them to it. */
 static PetscErrorCode GraphCreate(const SlipCells *c, Graph *g)
 {
+  idx_t end = 0;
   SlipClusterTree tree;
   Near *near;
   idx_t *fill;
@@ -152,7 +134,19 @@ static PetscErrorCode GraphCreate(const SlipCells *c, Graph *g)
       g->neighbour[fill[i]++] = (idx_t)j;
       g->neighbour[fill[j]++] = (idx_t)i;
     }
-  Compact(g);
+  /* sort each row and remove duplicates */
+  for (idx_t i = 0; i < g->n; i++) {
+    const idx_t first = g->start[i], size = g->start[i + 1] - first;
+    idx_t last = -1;
+
+    qsort(g->neighbour + first, (size_t)size, sizeof(idx_t), CompareIndices);
+    g->start[i] = end;
+    for (idx_t k = first; k < first + size; k++) {
+      if (g->neighbour[k] != last) g->neighbour[end++] = g->neighbour[k];
+      last = g->neighbour[end - 1];
+    }
+  }
+  g->start[g->n] = end;
   PetscCall(PetscFree(fill));
   PetscCall(PetscFree(near));
   PetscCall(SlipClusterTreeDestroy(&tree));

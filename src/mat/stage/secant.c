@@ -223,25 +223,6 @@ static PetscErrorCode HasSeen(SlipSecant c, Vec q, PetscObjectId *id, PetscObjec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds directions of the viscosity that are new or have changed since the last call. */
-static PetscErrorCode Collect(SlipSecant c, const SlipRecycled *known)
-{
-  PetscObjectId id[SLIP_RECYCLED_MAX];
-  PetscObjectState state[SLIP_RECYCLED_MAX];
-
-  PetscFunctionBegin;
-  for (PetscInt j = 0; j < known->n; j++) {
-    PetscBool seen = PETSC_FALSE;
-
-    PetscCall(HasSeen(c, known->q[j], &id[j], &state[j], &seen));
-    if (!seen) PetscCall(Add(c, known->q[j], known->image[j], known->error[j]));
-  }
-  c->nseen = known->n;
-  PetscCall(PetscArraycpy(c->seen, id, known->n));
-  PetscCall(PetscArraycpy(c->state, state, known->n));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes a, d and the small matrices at theta. S' A S and its factor are the same on all ranks. */
 static PetscErrorCode Form(SlipSecant c, PetscReal theta)
 {
@@ -282,8 +263,19 @@ static PetscErrorCode Form(SlipSecant c, PetscReal theta)
 /* Updates the correction for this theta and these exact products with H; *changed: A has changed. Collective. */
 PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscReal theta, PetscBool *changed)
 {
+  PetscObjectId id[SLIP_RECYCLED_MAX];
+  PetscObjectState state[SLIP_RECYCLED_MAX];
+
   PetscFunctionBegin;
-  PetscCall(Collect(c, known));
+  for (PetscInt j = 0; j < known->n; j++) {
+    PetscBool seen = PETSC_FALSE;
+
+    PetscCall(HasSeen(c, known->q[j], &id[j], &state[j], &seen));
+    if (!seen) PetscCall(Add(c, known->q[j], known->image[j], known->error[j]));
+  }
+  c->nseen = known->n;
+  PetscCall(PetscArraycpy(c->seen, id, known->n));
+  PetscCall(PetscArraycpy(c->state, state, known->n));
   *changed = (PetscBool)(c->theta != theta || c->formed != c->n);
   if (*changed && c->n) PetscCall(Form(c, theta));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,55 +2,6 @@
    separately. */
 #include <slipstep/private/slipmatstage.h>
 
-static PetscErrorCode StageAssemble(SlipStageContext *s)
-{
-  PetscFunctionBegin;
-  if (s->assembled && s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!s->assembled) PetscCall(MatDuplicate(s->K, MAT_DO_NOT_COPY_VALUES, &s->assembled));
-  PetscCall(MatCopy(s->H, s->assembled, SAME_NONZERO_PATTERN));
-  PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
-  if (s->weights) {
-    PetscCall(VecCopy(s->weights, s->work));
-    PetscCall(VecScale(s->work, s->mass / s->theta));
-    PetscCall(MatDiagonalSet(s->assembled, s->work, ADD_VALUES));
-  } else
-    PetscCall(MatShift(s->assembled, s->mass / s->theta));
-  s->assembled_theta = s->theta;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageFormBlocks(SlipStageContext *s)
-{
-  const SlipGrid *g;
-  const PetscReal *symbol, *viscosity;
-  SlipCirculant same;
-  PetscInt nk;
-
-  PetscFunctionBegin;
-  if (s->assembled_theta == s->theta) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipCirculantGet(s->strike, &g, NULL, &nk, &symbol);
-  PetscCall(SlipSpectralGetBlocks(s->H, &same, &viscosity));
-  for (size_t i = 0; i < (size_t)nk * g->nz * g->nz; i++) s->blocks[i] = viscosity[i] + s->theta * s->scale * symbol[i];
-  for (PetscInt k = 0; k < nk; k++)
-    for (PetscInt iz = 0; iz < g->nz; iz++) s->blocks[((size_t)k * g->nz + iz) * g->nz + iz] += s->mass / s->theta;
-  s->assembled_theta = s->theta;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
-{
-  const PetscReal *px;
-
-  PetscFunctionBegin;
-  PetscCall(StageFormBlocks(s));
-  PetscCall(SlipGatherGet(&s->gather, x, &px));
-  PetscCall(SlipCirculantApply(s->strike, 1, s->blocks, px, s->y));
-  PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
-  PetscCall(SlipGatherRestore(&s->gather, x, &px));
-  PetscCall(SlipGatherPut(&s->gather, s->y, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
 {
   PetscFunctionBegin;
@@ -72,35 +23,49 @@ static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes y = (mass / theta + radiation) W x + theta y. */
-static PetscErrorCode StageAddInertia(SlipStageContext *s, Vec x, Vec y)
-{
-  const PetscReal diagonal = s->mass / s->theta + s->radiation;
-
-  PetscFunctionBegin;
-  if (s->weights) {
-    PetscCall(VecPointwiseMult(s->work, s->weights, x));
-    PetscCall(VecAXPBY(y, diagonal, s->theta, s->work));
-  } else
-    PetscCall(VecAXPBY(y, diagonal, s->theta, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
 {
+  const SlipGrid *g;
+  const PetscReal *symbol, *viscosity, *px;
   SlipStageContext *s;
+  SlipCirculant same;
+  PetscInt nk;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
   if (s->assemble || s->strike || s->plane) SlipProductsAdd((SlipProducts){.k = 1, .h = s->counts ? 1 : 0, .all = 1});
   if (s->assemble) {
-    PetscCall(StageAssemble(s));
+    if (!s->assembled || s->assembled_theta != s->theta) {
+      if (!s->assembled) PetscCall(MatDuplicate(s->K, MAT_DO_NOT_COPY_VALUES, &s->assembled));
+      PetscCall(MatCopy(s->H, s->assembled, SAME_NONZERO_PATTERN));
+      PetscCall(MatAXPY(s->assembled, s->theta, s->K, SAME_NONZERO_PATTERN));
+      if (s->weights) {
+        PetscCall(VecCopy(s->weights, s->work));
+        PetscCall(VecScale(s->work, s->mass / s->theta));
+        PetscCall(MatDiagonalSet(s->assembled, s->work, ADD_VALUES));
+      } else
+        PetscCall(MatShift(s->assembled, s->mass / s->theta));
+      s->assembled_theta = s->theta;
+    }
     PetscCall(MatMult(s->assembled, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (s->strike) {
-    PetscCall(StageMultFused(s, x, y));
+    if (s->assembled_theta != s->theta) {
+      SlipCirculantGet(s->strike, &g, NULL, &nk, &symbol);
+      PetscCall(SlipSpectralGetBlocks(s->H, &same, &viscosity));
+      for (size_t i = 0; i < (size_t)nk * g->nz * g->nz; i++)
+        s->blocks[i] = viscosity[i] + s->theta * s->scale * symbol[i];
+      for (PetscInt k = 0; k < nk; k++)
+        for (PetscInt iz = 0; iz < g->nz; iz++) s->blocks[((size_t)k * g->nz + iz) * g->nz + iz] += s->mass / s->theta;
+      s->assembled_theta = s->theta;
+    }
+    PetscCall(SlipGatherGet(&s->gather, x, &px));
+    PetscCall(SlipCirculantApply(s->strike, 1, s->blocks, px, s->y));
+    PetscCall(SlipSpectralAddCorrection(s->H, 0, px, s->y));
+    PetscCall(SlipGatherRestore(&s->gather, x, &px));
+    PetscCall(SlipGatherPut(&s->gather, s->y, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (s->plane) {
@@ -109,7 +74,8 @@ PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatMult(s->K, x, y));
-  PetscCall(StageAddInertia(s, x, y));
+  if (s->weights) PetscCall(VecPointwiseMult(s->work, s->weights, x));
+  PetscCall(VecAXPBY(y, s->mass / s->theta + s->radiation, s->theta, s->weights ? s->work : x));
   if (s->mean > 0) {
     PetscCall(VecScale(y, s->mean));
     if (s->correction) PetscCall(SlipSecantAdd(s->correction, x, y));

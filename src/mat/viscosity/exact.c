@@ -37,28 +37,6 @@ static PetscErrorCode BroadcastCorrection(MPI_Comm comm, PetscMPIInt root, SlipL
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes on one process the correction of one parity, which needs all wavenumbers. */
-static PetscErrorCode BuildParity(SlipSpectral *c, PetscReal factor, PetscReal scale, PetscReal tolerance,
-                                  PetscInt parity, PetscReal *smallest, PetscReal *error, SlipLowRank *m)
-{
-  SlipCirculant whole = c->strike;
-  PetscReal *blocks = c->blocks;
-  const SlipGrid *g;
-
-  PetscFunctionBegin;
-  if (SlipCirculantPencil(c->strike)) {
-    SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
-    PetscCall(SlipCirculantCreate(PETSC_COMM_SELF, g, &whole));
-    PetscCall(SlipSpectralRootBlocks(whole, factor, scale, &blocks));
-  }
-  PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, tolerance, parity, smallest, error, m));
-  if (whole != c->strike) {
-    PetscCall(PetscFree(blocks));
-    PetscCall(SlipCirculantDestroy(&whole));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the low-rank part, one parity per rank, or both on a single rank, and broadcasts it. */
 static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal factor, PetscReal scale,
                                       PetscReal tolerance)
@@ -71,10 +49,21 @@ static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal 
   PetscCallMPI(MPI_Comm_size(comm, &size));
   for (PetscInt parity = 0; parity < 2; parity++) {
     SlipLowRank *m = &c->correction[parity];
-    PetscReal smallest = PETSC_MAX_REAL, error = 0;
+    PetscReal smallest = PETSC_MAX_REAL, error = 0, *blocks = c->blocks;
+    SlipCirculant whole = c->strike;
+    const SlipGrid *g;
 
     if (!m->n || rank != parity % size) continue;
-    PetscCall(BuildParity(c, factor, scale, tolerance, parity, &smallest, &error, m));
+    if (SlipCirculantPencil(c->strike)) {
+      SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
+      PetscCall(SlipCirculantCreate(PETSC_COMM_SELF, g, &whole));
+      PetscCall(SlipSpectralRootBlocks(whole, factor, scale, &blocks));
+    }
+    PetscCall(SlipSketchCorrection(whole, blocks, factor * factor * scale, tolerance, parity, &smallest, &error, m));
+    if (whole != c->strike) {
+      PetscCall(PetscFree(blocks));
+      PetscCall(SlipCirculantDestroy(&whole));
+    }
     bad[0] = PetscMax(bad[0], -smallest);
     bad[1] = PetscMax(bad[1], error);
   }
@@ -90,30 +79,13 @@ static PetscErrorCode BuildCorrection(MPI_Comm comm, SlipSpectral *c, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Removes other ranks' rows of the low-rank part where ranks share the work; a row of cells has width coefficients. */
-static PetscErrorCode KeepRows(SlipSpectral *c, PetscInt width, SlipLowRank *m)
-{
-  PetscInt start, rows;
-  PetscReal *W;
-
-  PetscFunctionBegin;
-  if (!SlipCirculantPencil(c->strike)) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipSpectralRows(c, &start, &rows);
-  PetscCall(PetscMalloc1((size_t)rows * width * m->rank, &W));
-  for (PetscInt k = 0; k < m->rank; k++)
-    PetscCall(PetscArraycpy(W + (size_t)k * rows * width, m->W + (size_t)k * m->n + start * width, rows * width));
-  PetscCall(PetscFree(m->W));
-  m->W = W;
-  m->n = rows * width;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates the viscosity as spectral plus low rank, with a tolerance relative to the norm. */
 PetscErrorCode SlipViscosityCreate_Sketch(Mat K, PetscReal factor, PetscReal tolerance, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
   const SlipGrid *g;
   PetscReal norm = 0, scale;
+  PetscInt start, rows;
   SlipSpectral *c;
 
   PetscFunctionBegin;
@@ -127,9 +99,21 @@ PetscErrorCode SlipViscosityCreate_Sketch(Mat K, PetscReal factor, PetscReal tol
   c->tolerance = tolerance;
   PetscCall(SlipSpectralNorm(comm, c, factor, scale, &norm));
   for (PetscInt parity = 0; parity < 2; parity++) {
-    if (!c->correction[parity].n) continue;
-    PetscCall(KeepRows(c, SlipMirrorWidth(g->nx, parity), &c->correction[parity]));
-    PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
+    const PetscInt width = SlipMirrorWidth(g->nx, parity); /* coefficients of a row of cells */
+    SlipLowRank *m = &c->correction[parity];
+    PetscReal *W;
+
+    if (!m->n) continue;
+    if (SlipCirculantPencil(c->strike)) { /* other ranks' rows go */
+      SlipSpectralRows(c, &start, &rows);
+      PetscCall(PetscMalloc1((size_t)rows * width * m->rank, &W));
+      for (PetscInt k = 0; k < m->rank; k++)
+        PetscCall(PetscArraycpy(W + (size_t)k * rows * width, m->W + (size_t)k * m->n + start * width, rows * width));
+      PetscCall(PetscFree(m->W));
+      m->W = W;
+      m->n = rows * width;
+    }
+    PetscCall(SlipLowRankDemote(m, SLIP_SQRT_SINGLE * norm));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -240,24 +240,11 @@ static PetscErrorCode Factorise(Lanczos *l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the work of a run since `before`, without that of output, which differs between restarted and unbroken runs. */
-static PetscErrorCode Spend(Lanczos *l, const SlipProducts *before)
-{
-  SlipProducts now;
-  PetscReal work;
-
-  PetscFunctionBegin;
-  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &now);
-  work = now.cost - before->cost;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPIU_REAL, MPI_MAX, PetscObjectComm((PetscObject)l->S)));
-  l->spent += work;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
 {
   Lanczos *l;
-  SlipProducts before;
+  SlipProducts before, now;
+  PetscReal work;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
@@ -269,7 +256,13 @@ static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
   }
   if (l->set_up > 0) SlipProductsGetOf(SLIP_PRODUCTS_RUN, &before);
   PetscCall(SlipRecycledMult(&l->increment, l->tolerance, Product, l, x, y));
-  if (l->set_up > 0) PetscCall(Spend(l, &before));
+  if (l->set_up > 0) {
+    /* the work of a run, without that of output, which differs between restarted and unbroken runs */
+    SlipProductsGetOf(SLIP_PRODUCTS_RUN, &now);
+    work = now.cost - before.cost;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPIU_REAL, MPI_MAX, PetscObjectComm((PetscObject)l->S)));
+    l->spent += work;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -118,25 +118,6 @@ PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the weights of K's rows, or 1, with those of every third row times a factor. */
-static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
-{
-  Vec own;
-  PetscReal *w;
-  PetscInt n;
-
-  PetscFunctionBegin;
-  PetscCall(MatSlipGetWeights(K, &own));
-  PetscCall(MatCreateVecs(K, NULL, weights));
-  PetscCall(VecSet(*weights, 1));
-  if (own) PetscCall(VecCopy(own, *weights));
-  PetscCall(VecGetLocalSize(*weights, &n));
-  PetscCall(VecGetArray(*weights, &w));
-  for (PetscInt i = 2; i < n; i += 3) w[i] *= factor;
-  PetscCall(VecRestoreArray(*weights, &w));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Creates radiation damping of cells that open, in their plane and across it. K: stiffness with three components a
    cell, 3 N x 3 N; eta: traction per slip rate [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault;
    across: pressure per rate of opening [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional waves; 0:
@@ -151,6 +132,9 @@ PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal acr
                             .device = RadiationDevice};
   const char *prefix;
   Radiation *r;
+  Vec own;
+  PetscReal *w;
+  PetscInt n;
 
   PetscFunctionBegin;
   PetscCheck(eta > 0 && PetscIsNormalReal(eta), PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
@@ -161,9 +145,16 @@ PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal acr
   PetscCall(PetscNew(&r));
   r->eta = eta;
   r->alike = across == 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (across > 0)
-    PetscCall(WeightsOf(K, across / eta, &r->weights));
-  else {
+  if (across > 0) {
+    PetscCall(MatSlipGetWeights(K, &own));
+    PetscCall(MatCreateVecs(K, NULL, &r->weights));
+    PetscCall(VecSet(r->weights, 1));
+    if (own) PetscCall(VecCopy(own, r->weights));
+    PetscCall(VecGetLocalSize(r->weights, &n));
+    PetscCall(VecGetArray(r->weights, &w));
+    for (PetscInt i = 2; i < n; i += 3) w[i] *= across / eta;
+    PetscCall(VecRestoreArray(r->weights, &w));
+  } else {
     PetscCall(MatSlipGetWeights(K, &r->weights));
     if (r->weights) PetscCall(PetscObjectReference((PetscObject)r->weights));
   }

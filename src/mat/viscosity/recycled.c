@@ -42,21 +42,6 @@ PetscErrorCode SlipRecycledReset(SlipRecycled *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Removes a direction; its vectors go to the end and are used again. */
-static void Forget(SlipRecycled *c, PetscInt k)
-{
-  const Vec q = c->q[k], image = c->image[k];
-
-  for (PetscInt j = k; j + 1 < c->n; j++) {
-    c->q[j] = c->q[j + 1];
-    c->image[j] = c->image[j + 1];
-    c->error[j] = c->error[j + 1];
-  }
-  c->n--;
-  c->q[c->n] = q;
-  c->image[c->n] = image;
-}
-
 /* Removes the least accurate contributions of x = sum a_j q_j until the error of the others together is allowed.
    Errors of separate Lanczos processes are independent, so that their squares add up. */
 static void KeepAccurate(SlipRecycled *c, PetscReal a[], PetscReal allowed)
@@ -70,7 +55,18 @@ static void KeepAccurate(SlipRecycled *c, PetscReal a[], PetscReal allowed)
       if (PetscAbsReal(a[j]) * c->error[j] > PetscAbsReal(a[worst]) * c->error[worst]) worst = j;
     }
     if (sum <= PetscSqr(allowed)) return;
-    Forget(c, worst);
+    {
+      const Vec q = c->q[worst], image = c->image[worst];
+
+      for (PetscInt j = worst; j + 1 < c->n; j++) {
+        c->q[j] = c->q[j + 1];
+        c->image[j] = c->image[j + 1];
+        c->error[j] = c->error[j + 1];
+      }
+      c->n--;
+      c->q[c->n] = q; /* the vectors are used again */
+      c->image[c->n] = image;
+    }
     for (PetscInt j = worst; j < c->n; j++) a[j] = a[j + 1];
   }
 }

@@ -149,35 +149,6 @@ static PetscErrorCode Enlarge(PetscReal **A, PetscInt old, PetscInt r, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Reserve(Sketch *s, PetscInt room)
-{
-  const PetscInt n = s->n, old = s->room;
-
-  PetscFunctionBegin;
-  if (room <= old) PetscFunctionReturn(PETSC_SUCCESS);
-  room = PetscMin(n, PetscMax(room, old + old / 2));
-  PetscCall(Enlarge(&s->Q, n, s->r, n, room));
-  PetscCall(Enlarge(&s->SQ, n, s->r, n, room));
-  PetscCall(Enlarge(&s->T, old, s->r, room, room));
-  PetscCall(Enlarge(&s->M, old, s->r, room, room));
-  s->room = room;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes Y -= Q (Q' Y). */
-static PetscErrorCode Deflate(Sketch *s, PetscInt columns, PetscReal Y[])
-{
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  if (!s->r) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1((size_t)s->r * columns, &a));
-  PetscCall(Gemm("T", s->r, columns, s->n, 1, s->Q, s->n, Y, s->n, 0, a, s->r));
-  PetscCall(Gemm("N", s->n, columns, s->r, -1, s->Q, s->n, a, s->r, 1, Y, s->n));
-  PetscCall(PetscFree(a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the columns r ... r + columns of T and M, and their transposes. */
 static PetscErrorCode Project(Sketch *s, PetscInt columns)
 {
@@ -202,13 +173,37 @@ static PetscErrorCode Project(Sketch *s, PetscInt columns)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes X = (T^2 + M)^(1/2) - T. */
-static PetscErrorCode SolveProjected(Sketch *s)
+/* Adds so many columns to the basis. */
+static PetscErrorCode Grow(Sketch *s, PetscInt columns)
 {
-  const PetscInt r = s->r, room = s->room;
-  PetscInt info;
+  const PetscInt n = s->n, old = s->room;
+  PetscReal *Y, *a;
+  PetscInt r, room, info;
 
   PetscFunctionBegin;
+  columns = PetscMin(columns, n - s->r);
+  if (s->r + columns > old) {
+    s->room = PetscMin(n, PetscMax(s->r + columns, old + old / 2));
+    PetscCall(Enlarge(&s->Q, n, s->r, n, s->room));
+    PetscCall(Enlarge(&s->SQ, n, s->r, n, s->room));
+    PetscCall(Enlarge(&s->T, old, s->r, s->room, s->room));
+    PetscCall(Enlarge(&s->M, old, s->r, s->room, s->room));
+  }
+  room = s->room;
+  Y = s->Q + (size_t)s->r * s->n;
+  PetscCall(SketchResidual(s, columns, Y));
+  for (PetscInt pass = 0; pass < 2; pass++) {
+    if (s->r) {
+      PetscCall(PetscMalloc1((size_t)s->r * columns, &a));
+      PetscCall(Gemm("T", s->r, columns, s->n, 1, s->Q, s->n, Y, s->n, 0, a, s->r));
+      PetscCall(Gemm("N", s->n, columns, s->r, -1, s->Q, s->n, a, s->r, 1, Y, s->n));
+      PetscCall(PetscFree(a));
+    }
+    PetscCall(SlipOrthonormalise((PetscBLASInt)s->n, (PetscBLASInt)columns, Y, NULL));
+  }
+  PetscCall(Project(s, columns));
+  r = s->r += columns;
+  /* X = (T^2 + M)^(1/2) - T */
   PetscCall(PetscFree(s->X));
   PetscCall(PetscMalloc1((size_t)r * r, &s->X));
   for (PetscInt k = 0; k < r; k++) PetscCall(PetscArraycpy(s->X + (size_t)k * r, s->M + (size_t)k * room, r));
@@ -218,26 +213,6 @@ static PetscErrorCode SolveProjected(Sketch *s)
              "Eigenvalues of the stiffness did not converge (LAPACK info %" PetscInt_FMT ")", info);
   for (PetscInt k = 0; k < r && s->smallest > 0; k++)
     for (PetscInt i = 0; i < r; i++) s->X[(size_t)k * r + i] -= s->T[(size_t)k * room + i];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds so many columns to the basis. */
-static PetscErrorCode Grow(Sketch *s, PetscInt columns)
-{
-  PetscReal *Y;
-
-  PetscFunctionBegin;
-  columns = PetscMin(columns, s->n - s->r);
-  PetscCall(Reserve(s, s->r + columns));
-  Y = s->Q + (size_t)s->r * s->n;
-  PetscCall(SketchResidual(s, columns, Y));
-  for (PetscInt pass = 0; pass < 2; pass++) {
-    PetscCall(Deflate(s, columns, Y));
-    PetscCall(SlipOrthonormalise((PetscBLASInt)s->n, (PetscBLASInt)columns, Y));
-  }
-  PetscCall(Project(s, columns));
-  s->r += columns;
-  PetscCall(SolveProjected(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -297,24 +272,6 @@ static PetscErrorCode CreateFilters(Sketch *s, PetscReal *low, PetscReal *high)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes D = Q X Q' in its eigenvectors, those above cutoff. */
-static PetscErrorCode Finish(Sketch *s, PetscReal cutoff, SlipLowRank *m)
-{
-  PetscReal *W, *values;
-  PetscInt info;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc2((size_t)s->n * s->r, &W, s->r, &values));
-  PetscCall(SlipDenseEigen(s->r, s->X, values, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "Eigenvalues did not converge (LAPACK info %" PetscInt_FMT ")",
-             info);
-  PetscCall(Gemm("N", s->n, s->r, s->r, 1, s->Q, s->n, s->X, s->r, 0, W, s->n));
-  m->n = s->n;
-  PetscCall(SlipLowRankSelect(s->n, s->r, W, values, cutoff, m));
-  PetscCall(PetscFree2(W, values));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
   Computes D for one mirror parity on one process, with a tolerance relative to the norm of H. blocks: S; square:
   factor^2 times the scale of K; *smallest: an eigenvalue of K in the units of square; *error: relative error by the
@@ -325,7 +282,8 @@ PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks
                                     SlipLowRank *m)
 {
   Sketch s = {.strike = strike, .parity = parity, .square = square, .blocks = blocks, .seed = 20260101};
-  PetscReal low = 0, high = 0, residual = 0, last = PETSC_MAX_REAL;
+  PetscReal low = 0, high = 0, residual = 0, last = PETSC_MAX_REAL, *W, *values;
+  PetscInt info;
 
   PetscFunctionBegin;
   SlipCirculantGet(strike, &s.grid, NULL, NULL, NULL);
@@ -343,7 +301,17 @@ PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks
     PetscCall(Grow(&s, PetscMax(32, s.grid->nz)));
   }
   *smallest = s.smallest;
-  if (s.smallest > 0) PetscCall(Finish(&s, 0.1 * tolerance * high, m));
+  if (s.smallest > 0) {
+    /* D = Q X Q' in its eigenvectors, those above cutoff */
+    PetscCall(PetscMalloc2((size_t)s.n * s.r, &W, s.r, &values));
+    PetscCall(SlipDenseEigen(s.r, s.X, values, &info));
+    PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "Eigenvalues did not converge (LAPACK info %" PetscInt_FMT ")",
+               info);
+    PetscCall(Gemm("N", s.n, s.r, s.r, 1, s.Q, s.n, s.X, s.r, 0, W, s.n));
+    m->n = s.n;
+    PetscCall(SlipLowRankSelect(s.n, s.r, W, values, (0.1 * tolerance * high), m));
+    PetscCall(PetscFree2(W, values));
+  }
   for (PetscInt k = 0; k < FILTERS; k++) PetscCall(PetscFree(s.filter[k]));
   PetscCall(PetscFree(s.Q));
   PetscCall(PetscFree(s.SQ));

@@ -97,33 +97,27 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the allowed error, relative to the approximate root's product. */
-static PetscErrorCode Allowed(WavesContext *w, PetscReal relative, Vec x, Vec y, PetscReal *allowed)
-{
-  const SlipToeplitzSymbol *root;
-  const PetscReal *diagonal;
-
-  PetscFunctionBegin;
-  PetscCall(SlipToeplitzGetRoot(w->plane, &root, &diagonal));
-  PetscCall(SlipToeplitzApply(w->plane, w->factor * PetscSqrtReal(w->scale), root, x, y));
-  PetscCall(VecNorm(y, NORM_2, allowed));
-  *allowed *= relative;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes y = H x. As half of the padded row's wavenumbers stand for two each, its square is 2 sum_k |e_k|^2 / P, at
    most the square of the largest |e_k|. */
 static PetscErrorCode Product(void *ctx, Vec x, PetscReal allowed, PetscReal relative, Vec y)
 {
   WavesContext *w = (WavesContext *)ctx;
   SlipTransposedFFT pencil = w->plane->pencil;
+  const SlipToeplitzSymbol *root;
+  const PetscReal *diagonal;
 
   PetscFunctionBegin;
   if (w->factor == 0) {
     PetscCall(VecZeroEntries(y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (allowed == 0) PetscCall(Allowed(w, relative, x, y, &allowed));
+  if (allowed == 0) {
+    /* relative to the approximate root's product */
+    PetscCall(SlipToeplitzGetRoot(w->plane, &root, &diagonal));
+    PetscCall(SlipToeplitzApply(w->plane, w->factor * PetscSqrtReal(w->scale), root, x, y));
+    PetscCall(VecNorm(y, NORM_2, &allowed));
+    allowed *= relative;
+  }
   PetscCall(SlipToeplitzForward(w->plane, x));
   for (PetscInt k = 0; k < pencil->layout.columns; k++)
     PetscCall(RootOfWave(w, k, allowed / w->factor, pencil->by_wave + (size_t)k * 2 * w->nz));
