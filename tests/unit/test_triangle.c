@@ -1,6 +1,15 @@
 /* Fields of triangles against published numbers, rectangles, a free surface and a quadrature of point sources. */
-#include "triangles.h"
+#include "unit.h"
 #include "pointsource.h"
+#include <math.h>
+
+static PetscReal Random(PetscReal from, PetscReal to)
+{
+  static uint64_t last = 2015;
+
+  last = last * 6364136223846793005u + 1442695040888963407u;
+  return from + (to - from) * (PetscReal)(last >> 11) / 9007199254740992.0;
+}
 
 static PetscReal Largest(PetscInt n, const PetscReal v[])
 {
@@ -8,6 +17,14 @@ static PetscReal Largest(PetscInt n, const PetscReal v[])
 
   for (PetscInt i = 0; i < n; i++) most = PetscMax(most, PetscAbsReal(v[i]));
   return most;
+}
+
+/* Displacement [3] and gradient [3][3] */
+static void Fields(PetscReal nu, PetscBool full, PetscReal vertices[3][3], const PetscReal slip[3],
+                   const PetscReal at[3], PetscReal field[12])
+{
+  ok(SlipTriangleDisplacement(nu, full, vertices[0], slip, 1, at, field));
+  ok(SlipTriangleGradient(nu, full, vertices[0], slip, 1, at, field + 3));
 }
 
 /* ---- numbers of Nikkhoo and Walter (2015), doubles by their own code: lambda = mu = 1, x east, y north, z up. Slip
@@ -147,7 +164,7 @@ static void two_make_a_rectangle(void **state)
 }
 
 /* Vertices within a ball, below the ground, none flatter than a tenth; up to it where touch is true */
-static void TriangleInBall(PetscBool touch, PetscReal v[3][3])
+static void AnyTriangle(PetscBool touch, PetscReal v[3][3])
 {
   const PetscReal middle[3] = {Random(-5, 5), Random(-5, 5), Random(0, 4)};
   PetscReal top = PETSC_MAX_REAL, least, most;
@@ -245,7 +262,7 @@ static void quadrature(void **state)
                     slip[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)};
     PetscReal v[3][3], at[3], ours[12], sum[12];
 
-    TriangleInBall((PetscBool)(pair % 3 == 0), v);
+    AnyTriangle((PetscBool)(pair % 3 == 0), v);
     if (pair % 6 == 1) v[2][2] = v[1][2] = v[0][2] = 0.5; /* horizontal */
     if (pair % 6 == 2) v[2][0] = 0.3 * v[0][0] + 0.7 * v[1][0], v[2][1] = 0.3 * v[0][1] + 0.7 * v[1][1]; /* vertical */
     do {
@@ -275,7 +292,7 @@ static void far_away(void **state)
       const PetscReal slip[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)}, turn = Random(0, 2 * PETSC_PI);
       PetscReal v[3][3], at[3], ours[12], sum[12], side;
 
-      TriangleInBall((PetscBool)(trial % 2), v);
+      AnyTriangle((PetscBool)(trial % 2), v);
       side = LongestSide(v);
       for (int k = 0; k < 3; k++)
         for (int i = 0; i < 3; i++) v[k][i] /= side;
@@ -305,7 +322,7 @@ static void slivers(void **state)
       const PetscReal slip[3] = {Random(-1, 1), Random(-1, 1), Random(-1, 1)};
       PetscReal v[3][3], at[3], ours[12], sum[12], share = Random(0, 1);
 
-      TriangleInBall((PetscBool)(trial % 2), v);
+      AnyTriangle((PetscBool)(trial % 2), v);
       for (int i = 0; i < 3; i++) v[2][i] = (1 - height) * (share * v[0][i] + (1 - share) * v[1][i]) + height * v[2][i];
       do {
         for (int i = 0; i < 2; i++) at[i] = v[0][i] + Random(-4, 4);
