@@ -31,15 +31,20 @@ static inline PetscErrorCode FaultSetStringRows(SlipFault fault, size_t n, const
   return PETSC_SUCCESS;
 }
 
+static inline PetscErrorCode FaultSetUpState(SlipFault fault, Vec *w)
+{
+  PetscCall(SlipFaultSetUp(fault));
+  PetscCall(SlipFaultCreateState(fault, w));
+  return SlipFaultSetInitialState(fault, *w);
+}
+
 /* The fault set up, its state, and a TS of it up to time end [s] under a type of TSAdapt; dt [s] is the first step, and
    every step of TSADAPTNONE; NULL and 0 leave these to the fault. */
 static inline PetscErrorCode FaultStart(SlipFault fault, TSAdaptType type, PetscReal dt, PetscReal end, Vec *w, TS *ts)
 {
   TSAdapt adapt;
 
-  PetscCall(SlipFaultSetUp(fault));
-  PetscCall(SlipFaultCreateState(fault, w));
-  PetscCall(SlipFaultSetInitialState(fault, *w));
+  PetscCall(FaultSetUpState(fault, w));
   PetscCall(TSCreate(PetscObjectComm((PetscObject)*w), ts));
   PetscCall(SlipFaultConfigureTS(fault, *ts));
   PetscCall(TSGetAdapt(*ts, &adapt));

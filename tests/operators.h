@@ -85,9 +85,9 @@ static inline void AssertTransforms(const SlipDippingGrid *grid)
   ObjectsDestroy(&u, &f[0], &f[1], &n[0], &n[1], &alone, &fft[left], &dense[0], &dense[1]);
 }
 
-/* Products of hierarchical storage with S and with Kn at once against dense, of uniform slip along each component and of
-   random slip: blocks are off by the tolerance in their own norm, and errors of some hundred blocks add up at random,
-   ten times that of the product. The whole is off by the tolerance, as blocks are each. */
+/* Products of hierarchical storage with S and with Kn at once against dense, of uniform slip along each component and
+   of random slip: blocks are off by the tolerance in their own norm, and errors of some hundred blocks add up at
+   random, ten times that of the product. The whole is off by the tolerance, as blocks are each. */
 static inline void AssertHierarchical(Mat S[2], Mat Kn[2], PetscReal tolerance)
 {
   PetscInt columns, rows;

@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { TEMPDIR_LENGTH = 64 };
+enum { TEMPDIR_LENGTH = 64, TEMPDIR_FILE = TEMPDIR_LENGTH + 32 };
 
 /* dir: its name, prefix.process.number with the first number that is free. Nonzero when it cannot be made. */
 static inline int TempDirMake(const char prefix[], char dir[TEMPDIR_LENGTH])
@@ -18,6 +18,15 @@ static inline int TempDirMake(const char prefix[], char dir[TEMPDIR_LENGTH])
     snprintf(dir, TEMPDIR_LENGTH, "%s.%ld.%d", prefix, (long)getpid(), k);
     failed = mkdir(dir, 0700);
   }
+  return failed;
+}
+
+/* And the name of a file in it */
+static inline int TempDirFile(const char prefix[], const char name[], char dir[TEMPDIR_LENGTH], char file[TEMPDIR_FILE])
+{
+  const int failed = TempDirMake(prefix, dir);
+
+  snprintf(file, TEMPDIR_FILE, "%s/%s", dir, name);
   return failed;
 }
 

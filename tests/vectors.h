@@ -299,8 +299,8 @@ static inline PetscErrorCode VectorsSolve(Vectors *p, SNES snes, Vec x, Vec r, S
   return SNESGetConvergedReason(snes, reason);
 }
 
-/* Whether a solution holds: |r| <= q, r = -q x / |x| where x != 0, both over q, and G(x) = omega r over the largest load
-   or strength. Of cells that open q is friction times the pressure, and x_n >= 0, r_n >= 0, x_n r_n = 0. Of this
+/* Whether a solution holds: |r| <= q, r = -q x / |x| where x != 0, both over q, and G(x) = omega r over the largest
+   load or strength. Of cells that open q is friction times the pressure, and x_n >= 0, r_n >= 0, x_n r_n = 0. Of this
    process. */
 static inline PetscErrorCode VectorsHold(Vectors *p, Vec x, Vec r, PetscBool *holds)
 {

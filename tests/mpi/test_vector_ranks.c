@@ -1,5 +1,6 @@
-/* Operators of cells, for slip along rakes and as a vector, on several ranks against one process: dense and hierarchical,
-   with shares of METIS and without an order, those of grids, and their distribution. Exit code 0: good. */
+/* Operators of cells, for slip along rakes and as a vector, on several ranks against one process: dense and
+   hierarchical, with shares of METIS and without an order, those of grids, and their distribution. Exit code 0:
+   good. */
 #include "ranks.h"
 #include "cells.h"
 

@@ -33,12 +33,10 @@ static void weights(void **state)
 
 static void End(TS ts, Vec u, PetscReal x[2])
 {
-  const PetscScalar *a;
 
   ok(TSSolve(ts, u));
-  a = VecRead(u);
-  x[0] = a[0];
-  x[1] = a[1];
+  x[0] = VecRead(u)[0];
+  x[1] = VecRead(u)[1];
 }
 
 /* By an eighth order pair at its tightest */
@@ -241,9 +239,8 @@ static void begins_anew(void **state)
 /* y' = 2 - y from 0, 2 - 2 exp(-t), up to y = 1, beyond which the rate is no number */
 static PetscErrorCode Edge(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscScalar a;
+  const PetscScalar a = VecRead(y)[0];
 
-  PetscCall(VecGetValues(y, 1, (const PetscInt[]){0}, &a));
   return VecSet(f, a < 1 ? 2 - a : NAN);
 }
 

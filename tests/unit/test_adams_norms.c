@@ -51,7 +51,6 @@ static void norms(void **state)
   ok(TSAdaptRegister("norms", CreateByNorms));
   for (int k = -1; k < 3; k++) {
     Vec u, tolerance[2] = {NULL, NULL};
-    TSAdapt adapt;
     TS ts;
 
     Make(&ts, &u, TSADAMS, 1e-2);
@@ -61,8 +60,7 @@ static void norms(void **state)
       ok(VecSetValues(tolerance[i], 2, (const PetscInt[]){0, 1}, i ? relative[k] : absolute[k], INSERT_VALUES));
     }
     ok(TSSetTolerances(ts, 1e-5, tolerance[0], 1e-4, tolerance[1]));
-    ok(TSGetAdapt(ts, &adapt));
-    ok(TSAdaptSetType(adapt, "norms"));
+    SetAdapt(ts, "norms");
     norm_error = -1;
     ok(TSSolve(ts, u));
     AssertNear(norm_error, 0, 1e-9); /* e is 1e-5 of y */

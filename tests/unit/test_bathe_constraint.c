@@ -28,8 +28,8 @@ static void Setup(Sliders *p, Vec *w)
   ok(SlidersCreateState(p, w));
 }
 
-/* The displacement at 1 s under friction that weakens from 1 to 0.4 over the slip of 1: no closed form, so a fine run is
-   the truth, exact to 1e-10 */
+/* The displacement at 1 s under friction that weakens from 1 to 0.4 over the slip of 1: no closed form, so a fine run
+   is the truth, exact to 1e-10 */
 static PetscReal Weakened(TSBatheReactionType reaction, PetscInt steps)
 {
   PetscReal u;

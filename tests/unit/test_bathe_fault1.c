@@ -56,9 +56,8 @@ static const PetscReal slip_mm = 293.447204876553;
 
 static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
 {
-  PetscScalar v;
+  const PetscScalar v = VecRead(w)[0];
 
-  PetscCall(VecGetValues(w, 1, (const PetscInt[]){0}, &v));
   *(PetscReal *)ctx = PetscMax(*(PetscReal *)ctx, PetscAbsReal(v - rates[step]) / PetscMax(rates[step], 1e-6));
   PetscCheck(PetscAbsReal(t - times[step]) < 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER, "time %g", (double)t);
   return PETSC_SUCCESS;

@@ -108,12 +108,10 @@ static TS Create(PetscBool implicit, PetscReal gamma, PetscReal h, PetscReal tma
 
 static PetscReal Distance(Vec y, PetscReal t)
 {
-  const PetscScalar *a;
   PetscReal e[2], d;
 
   Exact(t, e);
-  a = VecRead(y);
-  d = PetscMax(PetscAbsReal(a[0] - e[0]), PetscAbsReal(a[1] - e[1]));
+  d = PetscMax(PetscAbsReal(VecRead(y)[0] - e[0]), PetscAbsReal(VecRead(y)[1] - e[1]));
   return d;
 }
 
@@ -201,9 +199,8 @@ static void test_interpolation(void **state)
    after a few steps and the error is that of the slow part, far below h^2 */
 static PetscErrorCode StiffRHS(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscScalar a;
+  const PetscScalar a = VecRead(y)[0];
 
-  PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   PetscCall(VecSetValue(f, 0, -1e6 * (a - PetscCosReal(t)) - PetscSinReal(t), INSERT_VALUES));
   return VecAssemble(f);
 }

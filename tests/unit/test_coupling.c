@@ -26,11 +26,8 @@ static SlipFault Thrust(PetscInt nx, PetscInt nz, PetscReal dip, const char law[
 /* K and Kn of a fault with one cell [Pa/m] */
 static void Numbers(SlipFault fault, PetscReal *K, PetscReal *Kn)
 {
-  const PetscScalar *a = MatRead(fault->medium->K);
-
-  *K = a[0];
-  a = MatRead(fault->medium->Kn);
-  *Kn = a[0];
+  *K = MatRead(fault->medium->K)[0];
+  *Kn = MatRead(fault->medium->Kn)[0];
 }
 
 /* One cell of constant friction under a traction above its strength, with inertia and no viscosity: M u'' = T - K u -
@@ -42,7 +39,6 @@ static PetscReal BlockError(PetscReal periods, PetscInt steps, PetscReal *rate)
 {
   SlipFault fault = Thrust(1, 1, 30, "constant");
   PetscReal K, Kn, slip, omega, error, time;
-  const PetscReal *a;
   TS ts;
   Vec w;
 
@@ -64,9 +60,8 @@ static PetscReal BlockError(PetscReal periods, PetscInt steps, PetscReal *rate)
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
   ok(TSSolve(ts, w));
-  a = VecRead(w);
-  *rate = a[0];
-  error = PetscAbsReal(a[1] / (0.5 * slip * (1 - PetscCosReal(2 * PETSC_PI * PetscMin(periods, 0.5)))) - 1);
+  *rate = VecRead(w)[0];
+  error = PetscAbsReal(VecRead(w)[1] / (0.5 * slip * (1 - PetscCosReal(2 * PETSC_PI * PetscMin(periods, 0.5)))) - 1);
   ObjectsDestroy(&w, &ts, &fault);
   return error;
 }
@@ -151,9 +146,7 @@ static void normal_stress_begins_as_given(void **state)
   const PetscReal *change;
   Vec w, u, change_of;
 
-  ok(SlipFaultSetUp(fault));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
+  ok(FaultSetUpState(fault, &w));
   ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) AssertNear(friction.stress[i], SIGMA, 1e-13 * SIGMA);
   ok(MatCreateVecs(fault->medium->Kn, &u, &change_of));
@@ -234,9 +227,7 @@ static void friction_is_of_the_state_asked_about(void **state)
 
     ok(FaultSetReals(fault, {"loading_rate", 1e-9}, {"initial_traction", 0.5 * MU * SIGMA}));
     if (k % 2 == 0) ok(SlipFaultSetString(fault, "initial", "traction"));
-    ok(SlipFaultSetUp(fault));
-    ok(SlipFaultCreateState(fault, &w));
-    ok(SlipFaultSetInitialState(fault, w));
+    ok(FaultSetUpState(fault, &w));
     VecsDuplicate(w, &stage.base, &stage.explicit_part);
     ok(VecCopy(w, stage.base));
     ok(VecShift(stage.base, 1e-2));

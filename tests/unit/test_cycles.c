@@ -351,8 +351,7 @@ static PetscInt steps_of(PetscInt nx, const char type[], const char adapt[], con
   ok(TSSolve(ts, w));
   ok(TSGetStepNumber(ts, &steps));
   ObjectsDestroy(&ts, &w, &fault);
-  ok(PetscOptionsClearValue(NULL, "-ts_adapt_wnormtype"));
-  ok(PetscOptionsClearValue(NULL, "-ts_rtol"));
+  ok(PetscOptionsClear(NULL));
   return steps;
 }
 

@@ -426,9 +426,7 @@ static void observations(void **state)
   Vec w;
   PetscReal x;
 
-  ok(SlipFaultSetUp(fault));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
+  ok(FaultSetUpState(fault, &w));
   x = ObserveFault(fault, w, "energy");
   assert_true(fabs(x - 1.00001 * 1.00001) < 1e-11); /* refined conjugate gradients: rounding only */
   x = ObserveFault(fault, w, "displacement");

@@ -134,9 +134,7 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   PetscReal *a;
   Vec w, u, force;
 
-  ok(SlipFaultSetUp(fault));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
+  ok(FaultSetUpState(fault, &w));
   ok(VecGetArray(w, &a));
   for (PetscInt i = 0; i < N; i++)
     for (PetscInt k = 0; k < 2; k++) a[5 * i + 2 + k] = -0.02 * PetscSinReal(1 + 3.3 * (PetscReal)(2 * i + k));

@@ -147,7 +147,7 @@ static void states(void **unused)
   SlipFault fault;
   PetscReal x, rtol;
   PetscInt n;
-  const PetscReal *a, *b;
+  const PetscReal *a;
   const SlipFrictionLaw *found;
   TS ts;
   Vec w, atol;
@@ -183,17 +183,14 @@ static void states(void **unused)
   /* its place in the state, behind v, u and theta, its start, and its tolerance, that of ln theta */
   ok(SlipFaultSetString(fault, "friction_law", "warm"));
   ok(FaultSetReals(fault, {"initial_warmth", 3}, {"loading_rate", 1e-9}));
-  ok(SlipFaultSetUp(fault));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
+  ok(FaultSetUpState(fault, &w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(SlipFaultConfigureTS(fault, ts));
   ok(TSGetTolerances(ts, NULL, &atol, &rtol, NULL));
   ok(VecGetSize(w, &n));
   assert_int_equal(n, 4);
   a = VecRead(w);
-  b = VecRead(atol);
-  assert_true(a[3] == 3 && b[3] == rtol && b[2] == rtol);
+  assert_true(a[3] == 3 && VecRead(atol)[3] == rtol && VecRead(atol)[2] == rtol);
   ObjectsDestroy(&ts, &w, &fault);
 }
 
@@ -240,7 +237,6 @@ static void states_at_rest(void **unused)
                                .steady = SetsSteady};
   PetscReal up, down, other;
   SlipFault fault;
-  TSAdapt adapt;
   TS ts;
   Vec w;
 
@@ -248,13 +244,10 @@ static void states_at_rest(void **unused)
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetStrings(fault, {"friction_law", "sets"}, {"initial", "rest"}));
   ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
-  ok(SlipFaultSetUp(fault));
-  ok(SlipFaultCreateState(fault, &w));
-  ok(SlipFaultSetInitialState(fault, w));
+  ok(FaultSetUpState(fault, &w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
   ok(SlipFaultConfigureTS(fault, ts));
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  SetAdapt(ts, TSADAPTNONE);
   ok(TSSetTimeStep(ts, 0.1));
   ok(TSSetMaxTime(ts, 5));
   ok(TSSolve(ts, w));

@@ -81,10 +81,9 @@ static PetscReal PressureAt(SlipFault fault, PetscReal t, PetscInt e)
 
 static void record(void **state)
 {
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
 
-  assert_int_equal(0, TempDirMake("loads", dir));
-  snprintf(file, sizeof(file), "%s/p.h5", dir);
+  assert_int_equal(0, TempDirFile("loads", "p.h5", dir, file));
   for (PetscInt ndim = 2; ndim <= 3; ndim++) {
     SlipFault fault = Fault();
 
@@ -140,12 +139,11 @@ static void source_of_planes(void **state)
   const PetscReal cells[] = {0, y + apart, 5000,  h,         h,    0, y, 5000, h,         h,    2 * h, y, 5000,
                              h, h,         2 * h, y + apart, 6500, h, h, 0,    y + apart, 6500, h,     h};
   const PetscInt dims[2] = {5, 5};
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
   SlipFault fault;
   SlipH5 h5;
 
-  assert_int_equal(0, TempDirMake("planes", dir));
-  snprintf(file, sizeof(file), "%s/m.h5", dir);
+  assert_int_equal(0, TempDirFile("planes", "m.h5", dir, file));
   ok(SlipH5Create(file, &h5));
   ok(SlipH5WriteReal(&h5, "/cells", 2, dims, cells, "m"));
   ok(SlipH5Close(&h5));
@@ -207,10 +205,9 @@ static void function(void **state)
   const PetscInt dims[2] = {2, N}, rows = 2;
   const PetscReal times[2] = {0, 100};
   PetscReal pressure[2 * N] = {0}, a, b;
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
 
-  assert_int_equal(0, TempDirMake("loads", dir));
-  snprintf(file, sizeof(file), "%s/p.h5", dir);
+  assert_int_equal(0, TempDirFile("loads", "p.h5", dir, file));
   for (PetscInt e = 0; e < N; e++) pressure[N + e] = 4e7;
   ok(WriteRecord(file, rows, times, 2, dims, pressure));
   a = Slip(file, 0, NULL);
@@ -253,14 +250,13 @@ static void corners(void **state)
   const PetscReal relative = 1e-2, D = 0.01, mu = 0.6, c = 20;
   PetscReal times[MANY], p[MANY], tolerance;
   PetscInt k;
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
   Vec w, one, k_one;
   Mat K;
   TSAdapt adapt;
   TS ts;
 
-  assert_int_equal(0, TempDirMake("loads", dir));
-  snprintf(file, sizeof(file), "%s/p.h5", dir);
+  assert_int_equal(0, TempDirFile("loads", "p.h5", dir, file));
   for (PetscInt i = 0; i < MANY; i++) {
     times[i] = (PetscReal)i;
     p[i] = c * (PetscReal)(i * i) + (i > 150 ? 1e6 : 0);

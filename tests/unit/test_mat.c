@@ -205,8 +205,7 @@ static void test_root_tolerance(void **state)
   PetscReal distance;
   Mat K[2], H[2];
 
-  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
-  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-5"));
+  ok(PetscOptionsInsertString(NULL, "-mat_slipsqrtm_setup sketch -mat_slipsqrtm_tolerance 1e-5"));
   for (int t = 0; t < 2; t++) {
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Wide, t ? "fft" : "dense", &K[t]));
     ok(MatCreateSlipViscosity(K[t], MASS, ZETA, "sqrtm", &H[t]));
@@ -216,8 +215,7 @@ static void test_root_tolerance(void **state)
   ok(MatDestroy(&H[1]));
   ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_tolerance", "1e-20"));
   assert_int_not_equal(MatCreateSlipViscosity(K[1], MASS, ZETA, "sqrtm", &H[1]), 0);
-  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_tolerance"));
-  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  ok(PetscOptionsClear(NULL));
   ok(MatDestroy(&H[0]));
   for (int t = 0; t < 2; t++) ok(MatDestroy(&K[t]));
 }

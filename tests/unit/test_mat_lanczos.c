@@ -197,11 +197,9 @@ static void test_options_have_one_owner(void **state)
   MatType type;
   Vec x;
 
-  ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_setup", "lanczos"));
-  ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_tolerance", "1e-3"));
-  ok(PetscOptionsSetValue(NULL, "-two_mat_slipsqrtm_setup", "sketch"));
-  ok(PetscOptionsSetValue(NULL, "-two_mat_slipstage_jacobian", "approximate"));
-  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
+  ok(PetscOptionsInsertString(
+    NULL, "-one_mat_slipsqrtm_setup lanczos -one_mat_slipsqrtm_tolerance 1e-3 -two_mat_slipsqrtm_setup sketch "
+          "-two_mat_slipstage_jacobian approximate -mat_slipsqrtm_setup sketch"));
   for (int k = 0; k < 3; k++) {
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K[k]));
     ok(MatSetOptionsPrefix(K[k], prefixes[k]));
@@ -230,11 +228,7 @@ static void test_options_have_one_owner(void **state)
   ok(PetscOptionsSetValue(NULL, "-two_mat_slipsqrtm_setup", "dense"));
   fails(MatCreateSlipViscosity(K[1], MASS, ZETA, "sqrtm", &A),
         "-two_mat_slipsqrtm_setup is \"dense\", expected auto, sketch or lanczos");
-  ok(PetscOptionsClearValue(NULL, "-one_mat_slipsqrtm_setup"));
-  ok(PetscOptionsClearValue(NULL, "-one_mat_slipsqrtm_tolerance"));
-  ok(PetscOptionsClearValue(NULL, "-two_mat_slipsqrtm_setup"));
-  ok(PetscOptionsClearValue(NULL, "-two_mat_slipstage_jacobian"));
-  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
+  ok(PetscOptionsClear(NULL));
   for (int k = 0; k < 3; k++) ObjectsDestroy(&B[k], &H[k], &K[k]);
   ObjectsDestroy(&x, &plain, &exact);
 }
@@ -246,8 +240,7 @@ static void test_stiffness_options(void **state)
   Mat K;
   Vec x, y;
 
-  ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "none"));
-  ok(PetscOptionsSetValue(NULL, "-one_mat_slipfft_depth", "transform"));
+  ok(PetscOptionsInsertString(NULL, "-mat_slipfft_depth none -one_mat_slipfft_depth transform"));
   ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
   fails(MatSlipStiffnessSetFromOptions(K), "\"none\", expected auto, blocks or transform");
   ok(MatSetOptionsPrefix(K, "one_"));
@@ -264,8 +257,7 @@ static void test_stiffness_options(void **state)
   ok(MatCreateVecs(K, &x, &y));
   ok(MatMult(K, x, y));
   fails(MatSlipStiffnessSetShare(K, PETSC_FALSE), "before the stiffness is used");
-  ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
-  ok(PetscOptionsClearValue(NULL, "-one_mat_slipfft_depth"));
+  ok(PetscOptionsClear(NULL));
   ObjectsDestroy(&x, &y, &K);
 }
 

@@ -340,8 +340,7 @@ static void test_options(void **state)
   ok(PCSetFromOptions(pc));
   ok(PetscOptionsSetValue(NULL, "-own_pc_slipstage_type", "blocks"));
   fails(PCSetFromOptions(pc), "-own_pc_slipstage_type is \"blocks\"");
-  ok(PetscOptionsClearValue(NULL, "-own_pc_slipstage_type"));
-  ok(PetscOptionsClearValue(NULL, "-pc_slipstage_type"));
+  ok(PetscOptionsClear(NULL));
   ObjectsDestroy(&pc, &B);
 }
 

@@ -51,8 +51,7 @@ static void read_by_objects(void **state)
   SlipFault fault;
   TS ts;
 
-  ok(PetscOptionsSetValue(NULL, "-upper_fault_healing_time", "2y"));
-  ok(PetscOptionsSetValue(NULL, "-ts_max_time", "3h"));
+  ok(PetscOptionsInsertString(NULL, "-upper_fault_healing_time 2y -ts_max_time 3h"));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(SlipFaultSetOptionsPrefix(fault, "upper_"));
   ok(SlipFaultSetFromOptions(fault));

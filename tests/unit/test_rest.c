@@ -155,10 +155,9 @@ static void areas(void **state)
   const PetscReal cells[] = {50, 150, 250, 0, 0, 0, 50, 100, 150, 100, 100, 100, 100, 200, 300};
   const SlipCells mesh = CellsOfColumns(3, cells);
   const PetscReal rate[] = {0.1, 0.25, 0.2}, start = 2e7;
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
 
-  assert_int_equal(0, TempDirMake("rest", dir));
-  snprintf(file, sizeof(file), "%s/mesh.h5", dir);
+  assert_int_equal(0, TempDirFile("rest", "mesh.h5", dir, file));
   ok(WriteCells(file, &mesh));
   for (int first = 0; first < 3; first++) {
     PetscReal rates[3], force[3];

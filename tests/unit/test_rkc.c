@@ -47,9 +47,8 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec y, PetscBool *good)
 
 static PetscErrorCode Largest(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
 {
-  PetscScalar a;
+  const PetscScalar a = VecRead(y)[0];
 
-  PetscCall(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   ((Problem *)ctx)->largest = PetscMax(((Problem *)ctx)->largest, PetscAbsReal(a));
   return PETSC_SUCCESS;
 }

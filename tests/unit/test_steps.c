@@ -436,7 +436,7 @@ static void write_tolerances(const char file[], int damage)
 /* A file that an option names counts for runs of its kind, which rl is no default of then. */
 static void named_tolerances(void **state)
 {
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 32], options[256];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE], options[256];
   const struct {
     const char *options;
     PetscReal rtol, accuracy;
@@ -449,8 +449,7 @@ static void named_tolerances(void **state)
   PetscReal found;
   Run r;
 
-  assert_int_equal(0, TempDirMake("test_steps", dir));
-  snprintf(file, sizeof(file), "%s/mine.h5", dir);
+  assert_int_equal(0, TempDirFile("test_steps", "mine.h5", dir, file));
   write_tolerances(file, GOOD);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
     snprintf(options, sizeof(options), "-fault_tolerances %s %s", file, rows[i].options);
@@ -485,12 +484,11 @@ static void damaged_tolerances(void **state)
               {RISING, "number 0, 2 of /rupture/rtol is 0.05; expected numbers >= 0 that do not rise along a row"},
               {OTHER_FORMAT, "attribute format of / is \"slipstep-policy\"; expected \"slipstep-tolerances\""},
               {OTHER_VERSION, "attribute version of / is 1; this library reads version 2"}};
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 32];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
   SlipFaultTolerances t;
   PetscReal found;
 
-  assert_int_equal(0, TempDirMake("test_steps", dir));
-  snprintf(file, sizeof(file), "%s/tolerances.h5", dir);
+  assert_int_equal(0, TempDirFile("test_steps", "tolerances.h5", dir, file));
   assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", dir, 1), 0);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
     write_tolerances(file, rows[i].damage);

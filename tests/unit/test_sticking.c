@@ -138,10 +138,9 @@ static void starts_and_stops(void **state)
 {
   const PetscInt rows = 3, dims[] = {3, 1, 1};
   const PetscReal deficit = 2e5, peak = 1e6;
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
 
-  assert_int_equal(0, TempDirMake("sticking", dir));
-  snprintf(file, sizeof(file), "%s/record.h5", dir);
+  assert_int_equal(0, TempDirFile("sticking", "record.h5", dir, file));
   for (int k = 0; k < 3; k++) {
     SlipFault fault = Fault(1, 1, "constant", 1, residual * sigma - deficit);
     PetscReal K, eta, rise, start, v, u, stop, times[3] = {0, 10, 20}, pressure[3] = {0, peak, 0};

@@ -15,11 +15,10 @@ static SlipFault Fault(void)
 {
   PetscReal cells[5 * N], traction[N], stressing[N], loading[N];
   const SlipCells mesh = TwoGradedFaults(NX, NZ, 5, cells);
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
   SlipFault fault;
 
-  assert_int_equal(0, TempDirMake("stress", dir));
-  snprintf(file, sizeof(file), "%s/mesh.h5", dir);
+  assert_int_equal(0, TempDirFile("stress", "mesh.h5", dir, file));
   ok(WriteCells(file, &mesh));
   for (int i = 0; i < N; i++) {
     traction[i] = 1e7 * (1 + sin(i));

@@ -217,9 +217,7 @@ static void pressure(void **state)
       ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
     else
       ok(FaultSetReals(fault, {"friction_slip", dc}, {"initial_traction", 3e7}, {"initial_rate", v}));
-    ok(SlipFaultSetUp(fault));
-    ok(SlipFaultCreateState(fault, &w));
-    ok(SlipFaultSetInitialState(fault, w));
+    ok(FaultSetUpState(fault, &w));
     ok(SlipFaultGetOperators(fault, &K, NULL, NULL));
     if (opens) ok(VecStrideSet(w, fault->layout.displacement, 2 * weakening));
     ok(SlipFaultLoadTolerance(fault, relative, 0, w, &tolerance));
@@ -274,10 +272,9 @@ static void work_of_an_error(void **state)
   Vec w, error, u, ku;
   Mat K;
   TS ts;
-  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
 
-  assert_int_equal(0, TempDirMake("tolerance", dir));
-  snprintf(file, sizeof(file), "%s/o.h5", dir);
+  assert_int_equal(0, TempDirFile("tolerance", "o.h5", dir, file));
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(SlipFaultSetString(fault, "output", file));
   ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}, {"dip", 40}, {"rake", 90}, {"depth_top", 500}));
