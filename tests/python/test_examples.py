@@ -243,11 +243,11 @@ class ExamplesTest(PictureTest):
             self.assertAlmostEqual(Events(self.path(f"{name}_events.h5"))["rupture_speed"][0], 2100, delta=300)
 
     def test_what_is_missing_is_named(self):
-        for more, message in (({"SLIPSTEP_BUILD": "nowhere"}, "SLIPSTEP_BUILD is nowhere"),
-                              ({"SLIPSTEP_OUTPUT": "nowhere"}, "SLIPSTEP_OUTPUT is nowhere")):
+        for name in ("SLIPSTEP_BUILD", "SLIPSTEP_OUTPUT"):
             done = subprocess.run([os.path.join(SOURCE, "examples", "rupture.sh")], capture_output=True, text=True,
-                                  env={**self.environment(), **more})
-            self.assertEqual((done.returncode, done.stderr), (1, f"SlipStep: {message}\n"))
+                                  env={**self.environment(), name: "nowhere"})
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, rf"^SlipStep: {name} is nowhere.*\n\Z")
         done = self.example("rupture.sh", "-fault_nucleation", "3", code=1, CELLS="4 2")
         self.assertIn("-fault_nucleation", done.stderr)
         self.assertFalse(os.path.exists(self.path("rupture_rupture.png")))
