@@ -8,8 +8,8 @@ Each case is run unbroken, without checkpoints. Then, for each moment, it is sto
 from the checkpoint that was written between these, and once more where that one is written right before all cells come
 to rest. All datasets of output and catalogue, stations on the fault and on the ground and maps included, and the
 attributes of /result are compared bit for bit, wall times aside. Prints a table with a row a case: steps, events, and
-for each moment the number of datasets and attributes that differ. The exit code is 1 unless all are 0. Without --all a few cases, which
-test_restarts.sh runs; --steps prints where series first differ.
+for each moment the number of datasets and attributes that differ. The exit code is 1 unless all are 0. Without --all a
+few cases, which test_restarts.sh runs; --steps prints where series first differ.
 """
 import argparse
 import os

@@ -47,8 +47,9 @@ class ExamplesTest(PictureTest):
         does."""
         self.example("rupture.sh", "-fault_catalogue_maps", CELLS="20 10")
         self.look(self.path("rupture_rupture.png"))
-        with h5py.File(self.path("rupture_events.h5")) as file:
-            x, z, broke = file["x"][0], file["z"][0], file["maps/rupture_time"][0]
+        x, z, broke = self.get("rupture_events.h5", "x")[0], self.get("rupture_events.h5",
+                                                                      "z")[0], self.get("rupture_events.h5",
+                                                                                        "maps/rupture_time")[0]
         self.assertLess(np.hypot(x - 5000, z - 6000), 2000 + 1000)
         corners = np.nan_to_num(broke[[0, 0, -1, -1], [0, -1, 0, -1]], nan=np.inf)
         self.assertEqual(corners.max(), corners[[1, 3]].max())
@@ -61,28 +62,24 @@ class ExamplesTest(PictureTest):
         state = self.path("centuries.state.h5")
         with open(self.path("log"), "w") as log:
             run = subprocess.Popen([script, "-fault_checkpoint_interval", "0.1"], stdout=log, stderr=log,
-                                   start_new_session=True,
-                                   env=self.environment(YEARS="1e7", **small))
+                                   start_new_session=True, env=self.environment(YEARS="1e7", **small))
             while not os.path.exists(state) and run.poll() is None:
                 time.sleep(0.05)
             if run.poll() is None:
                 os.killpg(run.pid, signal.SIGINT)
             self.assertNotEqual(run.wait(), 0)
-        with open(self.path("log")) as log:
-            self.assertIn("stopped by SIGINT", log.read())
+        self.assertIn("stopped by SIGINT", self.content("log"))
         with h5py.File(state) as file:
             stopped = file["ts"].attrs["time"] / YEAR
         done = self.example("centuries.sh", YEARS=str(stopped + 100), **small)
         self.assertIn(f"this one goes on from {state}", done.stdout)
         for picture in ("centuries_events.png", "centuries_events_event_largest.png", "centuries_space-time.png"):
             self.look(self.path(picture))
-        with h5py.File(self.path("centuries.h5")) as file:
-            times = file["fields/time"][...] / YEAR
+        times = self.get("centuries.h5", "fields/time") / YEAR
         self.assertTrue((np.diff(times) > 0).all())
         self.assertEqual(times[0], 0)
         self.assertAlmostEqual(times[-1], stopped + 100, delta=1e-9)  # the script's years become seconds in 15 digits
-        with h5py.File(self.path("centuries_events.h5")) as file:
-            self.assertGreater(file["onset"][-1] / YEAR, stopped)
+        self.assertGreater(self.get("centuries_events.h5", "onset")[-1] / YEAR, stopped)
 
     def test_thrust(self):
         """What the largest event does to the network is what the run recorded there from its onset to its end; the
@@ -119,8 +116,7 @@ class ExamplesTest(PictureTest):
         slips = {}
         for distance in ("500", "-500", "20000"):
             for coupling in ("yes", "no"):
-                with h5py.File(self.path(f"step_over_{distance}_{coupling}.h5")) as file:
-                    slips[distance, coupling] = file["fields/slip"][-1]
+                slips[distance, coupling] = self.get(f"step_over_{distance}_{coupling}.h5", "fields/slip")[-1]
         np.testing.assert_allclose(slips["500", "no"], slips["-500", "no"], rtol=0, atol=1e-6)
         self.assertGreater(np.abs(slips["500", "yes"] - slips["-500", "yes"]).max(), 1e-3)
         self.assertEqual(slips["20000", "yes"][50:].max(), 0)
@@ -247,12 +243,11 @@ class ExamplesTest(PictureTest):
             self.assertAlmostEqual(Events(self.path(f"{name}_events.h5"))["rupture_speed"][0], 2100, delta=300)
 
     def test_what_is_missing_is_named(self):
-        for more, message in (({"SLIPSTEP_BUILD": "nowhere"},
-                               "SLIPSTEP_BUILD is nowhere, expected a build's folder with bin/fault in it"),
-                              ({"SLIPSTEP_OUTPUT": "nowhere"}, "SLIPSTEP_OUTPUT is nowhere, expected a folder")):
+        for name in ("SLIPSTEP_BUILD", "SLIPSTEP_OUTPUT"):
             done = subprocess.run([os.path.join(SOURCE, "examples", "rupture.sh")], capture_output=True, text=True,
-                                  env={**self.environment(), **more})
-            self.assertEqual((done.returncode, done.stderr), (1, f"SlipStep: {message}\n"))
+                                  env={**self.environment(), name: "nowhere"})
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, rf"^SlipStep: {name} is nowhere.*\n\Z")
         done = self.example("rupture.sh", "-fault_nucleation", "3", code=1, CELLS="4 2")
         self.assertIn("-fault_nucleation", done.stderr)
         self.assertFalse(os.path.exists(self.path("rupture_rupture.png")))
@@ -270,11 +265,9 @@ class TrianglesTest(FaultTest):
     def test_bend(self):
         """A file of GOCAD: its name, and stress by the strike of each triangle; 1e-3 of 1e8 Pa as the file's
         millimetres turn triangles."""
-        bends.write_stress(self.path("b_fields.h5"), bends.bend(self.path("b"), 2000))
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "convert_mesh.py"), self.path("b.ts"),
-                        self.path("b.h5")], check=True, capture_output=True)
-        with h5py.File(self.path("b.h5")) as file:
-            self.assertEqual(file["fault"].attrs["names"], "0 bend")
+        bends.write_fields(self.path("b_fields.h5"), bends.bend(self.path("b"), 2000))
+        self.run_example("convert_mesh.py", "b.ts", "b.h5")
+        self.assertEqual(self.get("b.h5", "fault@names"), "0 bend")
         self.regional(self.mesh("b", "b.h5", "bends.opts"), 0, bends.BEND)
 
     def regional(self, mesh, least, most):
@@ -294,7 +287,7 @@ class TrianglesTest(FaultTest):
     @unittest.skipUnless(importlib.util.find_spec("gmsh"), "gmsh is not installed (Debian's package is python3-gmsh)")
     def test_branch(self):
         """Faults 1 and 2, which share an edge: rows of the line of the fork are in three triangles."""
-        bends.write_stress(self.path("b_fields.h5"), bends.branch(self.path("b"), 2000))
+        bends.write_fields(self.path("b_fields.h5"), bends.branch(self.path("b"), 2000))
         mesh = self.mesh("b", "b.msh", "bends.opts")
         self.assertEqual(set(mesh["fault"]), {1, 2})
         self.regional(mesh, bends.TURN, 0)

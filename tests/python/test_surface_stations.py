@@ -213,7 +213,7 @@ class SurfaceStations(FaultTest):
                 for k in range(len(POINTS)):
                     self.assertEqual(dict(one[f"surface/{k}"].attrs), dict(other[f"surface/{k}"].attrs))
                     np.testing.assert_array_equal(one[f"surface/{k}/displacement"], other[f"surface/{k}/displacement"])
-        for content, message in (("1 2\n# 3\n4;5\n", r"line 3: \"4;5\""),
+        for content, message in (("1 2\n# 3\n4;5\n", 'line 3: "4;5"'),
                                  ("1 2 3\n", 'line 1: "1 2 3"'),
                                  ("1\n", 'line 1: "1"'),
                                  ("1 2\n3,inf", 'line 2: "3,inf"'),
