@@ -104,9 +104,8 @@ def plot(name):
     for coupling, (_, events) in runs.items():
         own, (after, interval) = broke(events), since_main(events)
         print(f"{words[coupling]}: {own[:, 0].sum()} events of the main fault, every {interval:.0f} years, "
-              f"{own[:, 1].sum()} of the antithetic, "
-              f"{own.all(axis=1).sum()} of them of both; years after the main fault: "
-              f"{' '.join(f'{time:.3g}' for time in after) or 'none'}")
+              f"{own[:, 1].sum()} of the antithetic, {own.all(axis=1).sum()} of them of both; years after the main "
+              f"fault: {' '.join(f'{time:.3g}' for time in after) or 'none'}")
     events = runs["yes"][1]
     own = broke(events)
     largest = int(np.argmax(np.where(own[:, 0], events["moment"], 0)))
@@ -129,11 +128,11 @@ def draw(name, runs, words, largest, stress):
     canvas = plt.figure(figsize=(12, 11), layout="constrained")
     grid = canvas.add_gridspec(3, 2, height_ratios=(1.2, 1, 1))
     slip = events.map_of("slip", largest)
-    for column, (plane, values, kind, label,
-                 title) in enumerate(zip(planes_of(events), (slip, stress / 1e6), (KINDS["slip"], KINDS["stress_drop"]),
-("slip (m)", "change of Coulomb stress (MPa)"),
-(f"Event {largest + 1}, M {events['magnitude'][largest]:.2f}: slip of the main fault",
- "Its Coulomb stress on the antithetic"))):
+    maps = ((slip, KINDS["slip"], "slip (m)",
+             f"Event {largest + 1}, M {events['magnitude'][largest]:.2f}: slip of the main fault"),
+            (stress / 1e6, KINDS["stress_drop"], "change of Coulomb stress (MPa)",
+             "Its Coulomb stress on the antithetic"))
+    for column, (plane, (values, kind, label, title)) in enumerate(zip(planes_of(events), maps)):
         axes = canvas.add_subplot(grid[0, column])
         values = plane.values(values)
         norm = Span().see(values).norm(kind)

@@ -159,8 +159,7 @@ def main():
     parser.add_argument("output", metavar="OUT.h5", help="mesh file to write")
     parser.add_argument("--format", choices=FORMATS, help="kind of the files (by their endings)")
     parser.add_argument("--frame", choices=("enu", "ned", "end"), help="axes: x east, y north, z up; x north, y east, "
-                        "z down; x east, y north, z down (enu, "
-                        "of HDF5 ned)")
+                        "z down; x east, y north, z down (enu, of HDF5 ned)")
     parser.add_argument("--unit", choices=tuple(UNITS), help="of lengths in files that do not say it (not said)")
     parser.add_argument("--origin", nargs=2, type=float, metavar=("NORTH", "EAST"),
                         help="point that becomes x = y = 0, in lengths as those of OUT.h5 (0 0)")

@@ -79,10 +79,9 @@ def plot(name):
         interval, count = recurrence(events)
         own = large(events)[FIRST:]
         print(f"{WORDS[kind]}: {len(run.mesh['x'])} cells, {len(large(events))} events, every {interval:.2f} years (of "
-              f"{count}), "
-              f"{100 * (interval / reference - 1):+.2f} %, M {events['magnitude'][own].mean():.3f}, stress drop "
-              f"{events['stress_drop'][own].mean() / 1e6:.2f} MPa, "
-              f"set-up {run.result['wall_time_setup']:.0f} s, run {run.result['wall_time_solve']:.0f} s")
+              f"{count}), {100 * (interval / reference - 1):+.2f} %, M {events['magnitude'][own].mean():.3f}, stress "
+              f"drop {events['stress_drop'][own].mean() / 1e6:.2f} MPa, set-up {run.result['wall_time_setup']:.0f} s, "
+              f"run {run.result['wall_time_solve']:.0f} s")
     draw(name, runs)
     print(f"Figure: {name}.png")
 

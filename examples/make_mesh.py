@@ -102,8 +102,7 @@ def segmented(cells, size, top, ratio, strikes, dip):
             end = min(size[0] - c * d * bends[k + 1] for d in (upper, lower))
             if end <= begin:
                 sys.exit(f"make_mesh.py: segment {k} of {size[0]:g} m ends above the lower edge, between its bends: "
-                         "expected longer "
-                         "ones, less width or smaller bends")
+                         "expected longer ones, less width or smaller bends")
             rows.append(strip(begin + (end - begin) * x, strike, dip, (c * upper, top + s * upper),
                               (c * lower, top + s * lower)))
         for own in rows[first:]:

@@ -77,8 +77,7 @@ def draw(axes, number, own, alone, other, span):
                    f"other ({chance:.0%} of the time)", fontsize=10, fontweight="normal")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     print(f"{name} fault: {len(times)} events ({len(alone[0])} alone), {share:.0%} of them within {NEAR:g} year after "
-          "one of the other, which is "
-          f"{chance:.0%} of the time")
+          f"one of the other, which is {chance:.0%} of the time")
 
 
 def plot(name):

@@ -160,11 +160,10 @@ class Site:
         """Every option of ours once, under the program that has it first; options that several programs share are of
         the fault."""
         seen, lines = set(), ["# Options", "", "Made from what the programs print on `-help`. Times take units, as "
-                              "`90s`, `10min`, `12h`, `20d` and `100y`; `-options_file F` reads options of a file, "
-                              "and later "
-                              "options override earlier ones. Options of PETSc itself are in its own "
-                              "[manual](https://petsc.org/release/manualpages/). "
-                              "[Choose options](../howto/options.md) says more about those of the fault.", ""]
+                              "`90s`, `10min`, `12h`, `20d` and `100y`; `-options_file F` reads options of a file, and "
+                              "later options override earlier ones. Options of PETSc itself are in its own "
+                              "[manual](https://petsc.org/release/manualpages/). [Choose options](../howto/options.md) "
+                              "says more about those of the fault.", ""]
         for name, title in PROGRAMS.items():
             intro, sections = parse(printed(os.path.join(self.build, "bin", name)))
             lines += [f"## {title}: `{name}`", "", "```text", *intro.split("\n")[1:], "```", ""]
@@ -188,9 +187,8 @@ class Site:
                               text=True, check=True, env={**os.environ, "OMPI_MCA_ess_singleton_isolated": "1"})
         *rules, rest = done.stdout.strip().split("\n")
         lines = ["# What goes with what", "", "Printed by `fault -fault_features`. What does not go together is "
-                 "refused before anything is computed, by the sentence of its row; all else does, and a test "
-                 "runs every "
-                 "pair. Options that only have no effect beside others are named by a warning.", "",
+                 "refused before anything is computed, by the sentence of its row; all else does, and a test runs "
+                 "every pair. Options that only have no effect beside others are named by a warning.", "",
                  "| feature | | other | but for | refused by |", "|---|---|---|---|---|"]
         lines += ["| " + " | ".join(cell(part) for part in rule.split(" | ")) + " |" for rule in rules]
         lines += ["", "Named by no row, and with all others: " + cell(rest.split(": ", 1)[1]) + ".", ""]

@@ -1,7 +1,6 @@
 """SlipStep from Python, on petsc4py: the public functions of libslipstep, by ctypes.
 
-    from petsc4py import PETSc
-    import slipstep
+    from petsc4py import PETSc import slipstep
 
     slipstep.load()                              # the types bathe, heuristic, pi, rl, semismooth, ... are there now
     ts = PETSc.TS().create()

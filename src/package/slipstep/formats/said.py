@@ -53,9 +53,9 @@ def lines(model):
     yield "format", f"{model.kind}, lengths in {model.unit}"
     yield kind, f"{len(cells)}{lengths} in {len(faults)} fault{'s' * (len(faults) > 1)}{grids}"
     yield "frame", model.projection.words if model.projection else "x north, y east of the file's own origin"
-    yield "extent", ", ".join(f"{name} {span(corners[..., k], 1e3)}"
-                              for k, name in enumerate(("north", "east", "depth"))) + " km" + (
-f"; the header has the upper edge at {claims['top'] / 1e3:g}" if "top" in claims else "")
+    yield "extent", (", ".join(f"{name} {span(corners[..., k], 1e3)}"
+                               for k, name in enumerate(("north", "east", "depth"))) + " km"
+                     + (f"; the header has the upper edge at {claims['top'] / 1e3:g}" if "top" in claims else ""))
     length, width = size_of(model)
     yield "size", f"{length:.6g} x {width:.6g} km" + (f"; the header has {claims['length'] / 1e3:g} x "
                                                       f"{claims['width'] / 1e3:g}" if "length" in claims

@@ -384,8 +384,7 @@ def read_meshio(path, label):
         import meshio
     except ImportError:
         raise FormatError(f"{path}: expected .stl, .ts, .obj, .msh, .h5, or .txt, .dat or .flt of RSQSim, or --format "
-                        "stl, gocad, obj, gmsh, hdf5 or rsqsim; "
-                        "others need meshio, which is not installed") from None
+                        "stl, gocad, obj, gmsh, hdf5 or rsqsim; others need meshio, which is not installed") from None
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):

@@ -60,8 +60,7 @@ def local(catalogue, at):
               if at is None
               else f"the point of --origin, --origin-at {at[0]:.0f} {at[1]:.0f}")
         raise OutputError(f"{catalogue.path}: the mesh is {away / 1e3:.0f} km from {of}: expected the point [m] of the "
-                          "mesh that is at --origin, near "
-                          f"{middle[0]:.0f} {middle[1]:.0f}, as --origin-at NORTH EAST")
+                          f"mesh that is at --origin, near {middle[0]:.0f} {middle[1]:.0f}, as --origin-at NORTH EAST")
     at = at or (0.0, 0.0)
     return catalogue.event["x"] - at[0], catalogue.event["y"] - at[1]
 
@@ -91,6 +90,5 @@ def dates(catalogue, start):
             found.append(start + datetime.timedelta(seconds=onset))
         except OverflowError:
             raise OutputError(f"{catalogue.path}: event {number + 1} begins {onset / YEAR:.0f} years after --start "
-                              f"{start.isoformat()}, expected no date after the "
-                              "year 9999") from None
+                              f"{start.isoformat()}, expected no date after the year 9999") from None
     return found

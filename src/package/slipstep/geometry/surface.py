@@ -30,8 +30,7 @@ class Source:
     words      what the slip is, for a title
     shape      of a grid, or None
     triangles  [N, 3, 3]  corners of cells that are triangles, north, east and down [m], counterclockwise around the
-                          normals into their hanging
-               walls; None: rectangles
+                          normals into their hanging walls; None: rectangles
     """
 
     def __init__(self, path, cells, rake, slip, shear_modulus, poisson_ratio, words, shape=None, triangles=None):

@@ -1,20 +1,17 @@
 """A fault of any planes drawn flat: where its cells are along strike and down dip.
 
 1. Cells of one strike, or the opposite one, have the distance along it, in the direction of cells.axis_along_strike(),
-from the origin. A plane whose upper edge is the lower edge of another
-   one (a listric fault) goes on down dip where that ends. What is joined so is a column; it has the cells of a plane
-   beside each other as they are.
+   from the origin. A plane whose upper edge is the lower edge of another one (a listric fault) goes on down dip where
+   that ends. What is joined so is a column; it has the cells of a plane beside each other as they are.
 2. A column whose cells begin where those of another one end (a segmented fault) is put beside it: each row of its cells
-begins where the row
-   ends that is as far down dip. Segments that dip meet in lines that are not along the dip; so lower rows are shifted
-   against upper ones, and none overlap or leave a gap. Where the cells of a column are in no rows, it is put as a whole
-   where it overlaps with nothing.
+   begins where the row ends that is as far down dip. Segments that dip meet in lines that are not along the dip; so
+   lower rows are shifted against upper ones, and none overlap or leave a gap. Where the cells of a column are in no
+   rows, it is put as a whole where it overlaps with nothing.
 3. The column of the first cell stays in its place. Down dip counts from the upper edge; on faults that are vertical
-everywhere it is the depth.
+   everywhere it is the depth.
 4. What touches nothing, or would lie on other cells, as branches do, is another part, drawn by itself.
 
-    for index, s, d in unroll(cells):        # cells [N, 7]; s, d [2, n]: low and high edges along strike and down dip
-                                             # [m]
+    for index, s, d in unroll(cells):   # cells [N, 7]; s, d [2, n]: low and high edges along strike and down dip [m]
 """
 
 import numpy as np

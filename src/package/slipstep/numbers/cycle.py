@@ -42,8 +42,7 @@ def episodes(time, rate, low, high, longest=np.inf):
 
 def fit_afterslip(time, slip):
     """(a, t0, root mean square) of slip = a ln(1 + time/t0), steady-state friction that grows with the logarithm of the
-    rate (Marone et al. 1991): least squares, times [s] since the event.
-    Slip in any unit, as moment."""
+    rate (Marone et al. 1991): least squares, times [s] since the event. Slip in any unit, as moment."""
     time, slip = np.asarray(time, float), np.asarray(slip, float)
 
     def solve(log_t0):

@@ -198,8 +198,7 @@ def rupture(run, times, window=None, log=None, wanted=None, years=None):
     missing = [name for name in ("slip", "traction") if name not in run.field_names]
     if missing:
         raise OutputError(f"{run.path}: field {missing[0]} was not stored; a picture of a rupture needs slip_rate, "
-                          "slip and traction: "
-                          "run with -fault_output_fields slip_rate,slip,traction")
+                          "slip and traction: run with -fault_output_fields slip_rate,slip,traction")
     rows = chosen_rows(rates, times)
     clock = Clock(*rates.times[[0, -1]], years)
     log = logarithmic(rates, rows, clock, log)

@@ -94,7 +94,7 @@ class Line:
         values = self.plane.values(maps)
         take = {"max": lambda cells: values[:, cells].max(axis=1),
                 "mean": lambda cells: np.average(values[:, cells], axis=1, weights=self.weight[cells])}.get(
-self.at, lambda cells: values[:, cells[0]])
+                    self.at, lambda cells: values[:, cells[0]])
         return np.stack([take(cells) if len(cells) else np.full(len(values), np.nan) for cells in self.over], axis=1)
 
     def drawn(self, values):

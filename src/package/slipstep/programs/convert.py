@@ -180,12 +180,10 @@ def arguments():
     parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"),
                         help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
     parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about "
-                        "the origin by PROJ; sphere; or a coordinate "
-                        "system of PROJ, as EPSG:32611")
+                        "the origin by PROJ; sphere; or a coordinate system of PROJ, as EPSG:32611")
     parser.add_argument("--rake", type=float, metavar="DEGREES", help="rake where the file has none")
     parser.add_argument("--rigidity", type=rigidity, metavar="PA", help="of the rock, or header: that by which the "
-                        "slip has the moment of the header (what the "
-                        "file says, else 30e9)")
+                        "slip has the moment of the header (what the file says, else 30e9)")
     parser.add_argument("--rupture-speed", type=float, metavar="M/S",
                         help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
     parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
@@ -199,8 +197,7 @@ def arguments():
     parser.add_argument("--shift", action="store_true",
                         help="move cells that rise above the ground down, all by the same")
     parser.add_argument("--receivers", metavar="FILE", help="file of cells of other faults, which IN's slip changes "
-                        "the stress of: elastic computes at their centres in "
-                        "place of IN's")
+                        "the stress of: elastic computes at their centres in place of IN's")
     parser.add_argument("--stress", metavar="OUT.h5", help="write that change: shear along the rakes of --receivers, "
                                                            "normal (compression) and coulomb [Pa], a row for each cell")
     parser.add_argument("--friction", type=float, default=0.4, metavar="MU", help="of the Coulomb stress (0.4)")

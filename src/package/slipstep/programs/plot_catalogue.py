@@ -234,8 +234,7 @@ def arguments():
     parser.add_argument("--event", metavar="N", help="draw only this event: its number from 1 on, or largest")
     parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")
     parser.add_argument("--along", choices=("strike", "dip", "depth"),
-                        help="the line of cumulative slip, default strike; depth is "
-                        "another name of dip")
+                        help="the line of cumulative slip, default strike; depth is another name of dip")
     parser.add_argument("--at", type=place, metavar="KM", help="where it is in the other direction, or max, or mean "
                                                                "over that direction; default the middle")
     parser.add_argument("--every", type=seconds, metavar="T",

@@ -145,9 +145,8 @@ def arguments():
     parser.add_argument("--time", nargs="+", type=seconds, metavar="T",
                         help="times of snapshots: seconds, or a number with s, min, h, d, y, as 250y")
     parser.add_argument("--field", metavar="NAME", help="one of /fields, of two components its magnitude, or a "
-                        "component as slip_up_dip or slip_along_strike, or "
-                        "stress_drop; "
-                        "default slip_rate, of space-time slip_rate and slip")
+                        "component as slip_up_dip or slip_along_strike, or stress_drop; default slip_rate, of "
+                        "space-time slip_rate and slip")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
                         help="draw only this part of the run; times as of --time")
     parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"),
@@ -161,8 +160,7 @@ def arguments():
     parser.add_argument("--years", action=argparse.BooleanOptionalAction,
                         help="time in years, default for more than one year")
     parser.add_argument("--log-rate", action=argparse.BooleanOptionalAction,
-                        help="slip rate on a logarithmic scale, default for "
-                        "space-time, film and more than three hours")
+                        help="slip rate on a logarithmic scale, default for space-time, film and more than three hours")
     parser.add_argument("--film", metavar="FILE",
                         help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields")
     parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")

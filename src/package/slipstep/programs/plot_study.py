@@ -390,8 +390,7 @@ def figure_transfer(study):
         handles = [plt.Rectangle((0, 0), 1, 1, color=BLUES[k % len(BLUES)], label=name) for k, name in enumerate(named)]
         panels[0, 0].legend(handles=handles, loc="upper left", fontsize=9)
         canvas.suptitle(f"Transfer to a finer mesh: {PUBLISHED[0]} estimate, {PUBLISHED[1]} reaction; the ratio and "
-                        "the error of the "
-                        "final slip on each bar", fontsize=10)
+                        "the error of the final slip on each bar", fontsize=10)
     return canvas
 
 

@@ -17,6 +17,7 @@ from ..results.files import attributes, open_file
 
 WINDOW = 50  # episodes in a running mean
 COLUMNS = {"episodes": ("step", "return", "length"), "evaluations": ("step", "return", "length", "error")}
+DEFAULTS = {"algorithm": "tqc", "alpha": 1, "problem": "fault", "reward": "published", "error": "error"}
 
 
 class Log:
@@ -25,7 +26,7 @@ class Log:
     def __init__(self, path):
         self.path = path
         with open_file(path, "train -train_log writes it") as file:
-            self.attributes = attributes(file)
+            self.attributes = DEFAULTS | attributes(file)
             for group, columns in COLUMNS.items():
                 missing = [name for name in columns if f"{group}/{name}" not in file]
                 if missing:
@@ -34,17 +35,14 @@ class Log:
         if not len(self.episodes["step"]):
             raise OutputError(f"{path}: no episode; the training ended before its first one did")
 
-    def attribute(self, name, default):
-        return self.attributes.get(name, default)
-
     @property
     def label(self):
         """What the trainings of one colour have in common."""
-        return f"{self.attribute('algorithm', 'tqc')}, alpha {float(self.attribute('alpha', 1)):g}"
+        return f"{self.attributes['algorithm']}, alpha {float(self.attributes['alpha']):g}"
 
     @property
     def task(self):
-        return self.attribute("problem", "fault"), self.attribute("reward", "published")
+        return self.attributes["problem"], self.attributes["reward"]
 
 
 def read_logs(paths):
@@ -52,14 +50,13 @@ def read_logs(paths):
     for log in logs[1:]:
         if log.task != logs[0].task:
             raise OutputError(f"{log.path} is of problem {log.task[0]} and reward {log.task[1]}, {logs[0].path} of "
-                              f"{logs[0].task[0]} "
-                              f"and {logs[0].task[1]}; expected one of each")
+                              f"{logs[0].task[0]} and {logs[0].task[1]}; expected one of each")
     return logs
 
 
 def groups(logs):
     """Logs by label, ordered by algorithm and alpha."""
-    ordered = sorted(logs, key=lambda log: (log.attribute("algorithm", "tqc"), float(log.attribute("alpha", 1))))
+    ordered = sorted(logs, key=lambda log: (log.attributes["algorithm"], float(log.attributes["alpha"])))
     labels = list(dict.fromkeys(log.label for log in ordered))
     return {label: [log for log in ordered if log.label == label] for label in labels}
 
@@ -116,7 +113,7 @@ def figure(logs):
     training.set(title="Training episodes", ylabel=f"return (running mean of {WINDOW})")
     returns.set(title="Evaluations without noise", ylabel="mean return")
     length.set(title="Steps of an evaluated run", ylabel="mean number of attempts")
-    error.set(title="Error of an evaluated run", ylabel=f"{logs[0].attribute('error', 'error')}: mean error (%)")
+    error.set(title="Error of an evaluated run", ylabel=f"{logs[0].attributes['error']}: mean error (%)")
     for axes in (training, returns, length, error):
         axes.set_xlabel("environment steps")
         axes.set_xlim(left=0)

@@ -251,8 +251,7 @@ def arguments():
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
                         help="part of a run: seconds, or a number with s, min, h, d, y; default all")
     parser.add_argument("--field", choices=("displacement", "slip"), help="quantity of a run: displacement, relative "
-                        "to the far field, as stations have it "
-                        "(default), or slip")
+                        "to the far field, as stations have it (default), or slip")
     parser.add_argument("--event", metavar="N", help="event of a catalogue: its number from 1 on, or largest (default)")
     parser.add_argument("--components", action="store_true",
                         help="north, east and up, default without --look, --points and --receiver")

@@ -38,8 +38,7 @@ def arguments():
     parser.add_argument("--viscosity", type=float, default=1e-3, help="of the fluid [Pa s] (default 1e-3)")
     parser.add_argument("--radius", type=float, default=0.1, help="of wells with pressures [m] (default 0.1)")
     parser.add_argument("--end", type=seconds, metavar="TIME", help="until when: seconds, or a number with s, min, h, "
-                        "d, y (default: twice the last time of WELLS.csv); "
-                        "then the pressure stays")
+                        "d, y (default: twice the last time of WELLS.csv); then the pressure stays")
     parser.add_argument("--accuracy", type=float, default=0.01, help="largest error of the straight lines between the "
                                                                      "times, over the largest pressure (default 0.01)")
     words = sys.argv[1:]

@@ -224,8 +224,7 @@ class Run(Contents, Cells):
         group = file.get("fields")
         if group is None or source not in group or "time" not in group or source in TIMES:
             raise OutputError(f"{self.path}: field {source} was not stored (there are: "
-                              f"{', '.join(self.field_names) or 'none'}); "
-                              f"run with -fault_output_fields {source}")
+                              f"{', '.join(self.field_names) or 'none'}); run with -fault_output_fields {source}")
         return group["time"][:len(group[source])], group[source]
 
     def has_vectors(self, name):

@@ -1,8 +1,7 @@
 """Read the file of evaluate: Study(path), its cells (one run each) and references.
 
-    from slipstep.results.study import Study
-    study = Study("output/study.h5")
-    for cell in study.select(problem="fault", size_km=3, mesh=50, controller="rl"):
+    from slipstep.results.study import Study study = Study("output/study.h5") for cell in study.select(problem="fault",
+    size_km=3, mesh=50, controller="rl"):
         cell.name, cell["solves"], cell["final_error"], cell.series()["mean_slip"]
 """
 
@@ -57,8 +56,7 @@ class Cell:
         jumps over.
 
         Fault: the largest error of mean slip over its final value, the run taken by the cubics of mean slip and its
-        rate.
-        Others: the L2 error of the states, the run linear between its steps; over that of the reference but for
+        rate. Others: the L2 error of the states, the run linear between its steps; over that of the reference but for
         sliding_mode.
         """
         reference, own = self.study.reference(self.case), self.series()
@@ -144,8 +142,7 @@ class Study:
         """Say on the error output which cells are left out."""
         for name, count in self.outdated.items():
             print(f"{program()}: warning: {self.path} has {count} cells of another file of the policy {name}, which "
-                  "are left out; "
-                  "evaluate makes them anew", file=sys.stderr)
+                  "are left out; evaluate makes them anew", file=sys.stderr)
 
     def open(self):
         return open_file(self.path, f"evaluate -evaluate_output {self.path} writes it")
