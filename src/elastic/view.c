@@ -57,23 +57,6 @@ static PetscErrorCode ViewMatrix(const char what[], const char name[], Mat A, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the preconditioner of a run's stages for theta and all cells sliding, so that its memory can be printed. The
-   stiffness and the viscosity store its costly parts, so that the run does not compute them again. */
-static PetscErrorCode CreatePreconditioner(SlipElastic el, PetscReal theta, PC *pc)
-{
-  PetscReal before;
-
-  PetscFunctionBegin;
-  PetscCall(MatSlipStageGetTheta(el->B, &before));
-  PetscCall(MatSlipStageSetTheta(el->B, theta));
-  PetscCall(PCCreate(PetscObjectComm((PetscObject)el), pc));
-  PetscCall(PCSetType(*pc, PCSLIPSTAGE));
-  PetscCall(PCSetOperators(*pc, el->B, el->B));
-  PetscCall(PCSetUp(*pc));
-  if (before > 0) PetscCall(MatSlipStageSetTheta(el->B, before));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   SlipElasticView - prints the types of the matrices of a medium and the memory that they need
 
@@ -92,7 +75,7 @@ PetscErrorCode SlipElasticView(SlipElastic el, PetscReal theta, PetscViewer view
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)el);
   PetscErrorCode (*memory)(PC, PetscReal *);
-  PetscReal resident, bytes = 0, largest, all;
+  PetscReal resident, bytes = 0, largest, all, before;
   PetscLogDouble mine;
   PetscInt rows;
   char text[32];
@@ -100,7 +83,15 @@ PetscErrorCode SlipElasticView(SlipElastic el, PetscReal theta, PetscViewer view
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  PetscCall(CreatePreconditioner(el, theta, &pc));
+  /* The preconditioner of a run's stages for theta and all cells sliding. The stiffness and the viscosity store its
+     costly parts, so that the run does not compute them again. */
+  PetscCall(MatSlipStageGetTheta(el->B, &before));
+  PetscCall(MatSlipStageSetTheta(el->B, theta));
+  PetscCall(PCCreate(comm, &pc));
+  PetscCall(PCSetType(pc, PCSLIPSTAGE));
+  PetscCall(PCSetOperators(pc, el->B, el->B));
+  PetscCall(PCSetUp(pc));
+  if (before > 0) PetscCall(MatSlipStageSetTheta(el->B, before));
   PetscCall(ViewMatrix("stiffness K", "K", el->K, viewer));
   if (el->Kn) PetscCall(ViewMatrix("normal stress of slip Kn", "Kn, beside K", el->Kn, viewer));
   PetscCall(ViewMatrix("viscosity H", "H", el->H, viewer));

@@ -4,7 +4,7 @@
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 
-/* Rounding of an angle over the circle, the same as for strikes and dips in planefaults.c */
+/* Rounding of an angle over the circle, the same as for strikes and dips in faults.c */
 #define ANGLE_ROUNDING 1e-9
 
 /* Describes one triangle [3][3] as a row of a list, with the strike and dip of its hanging wall. */

@@ -82,7 +82,7 @@ static PetscErrorCode SolveVectors(SlipConstraint con, Vec D, Vec f, Vec x, Pets
 /* Moves x to the balance of cells after lambda dx from XS and evaluates it, unless a cell has no stable balance. */
 static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Vec x, PetscBool *unstable)
 {
-  const Vec *work = ss->slip.work;
+  const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
 
   PetscFunctionBegin;
   *unstable = PETSC_FALSE;

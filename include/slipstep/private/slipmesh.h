@@ -161,14 +161,14 @@ PETSC_INTERN PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFa
 PETSC_INTERN PetscErrorCode SlipFaultTrianglesCheck(const char source[], PetscBool full_space, SlipFaultMeshFile *file);
 PETSC_INTERN PetscErrorCode SlipFaultTrianglesOrient(const char source[], SlipFaultMeshFile *file);
 
-/* Items to group by several keys, one after the other: planefaults.c */
+/* Items to group by several keys, one after the other: faults.c */
 typedef struct {
   PetscReal key;
   PetscInt group, cell; /* group of items with equal keys so far; index of the item */
 } SlipFaultItem;
 PETSC_INTERN void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding);
 
-PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh); /* planefaults.c */
+PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh); /* faults.c */
 /* faults.c; collective */
 PETSC_INTERN PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o);
 

@@ -324,37 +324,14 @@ PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, Petsc
   return PetscMin(scale, (stop > 0 && t >= stop ? t - stop : t) / 20 + loads->source.time / 1000);
 }
 
-/* Finds the kind of problem that the loads and the healing make. */
-static PetscErrorCode KindSetUp(SlipFault fault, PetscBool stressed, PetscBool heals)
-{
-  SlipFaultKind *kind = &fault->kind;
-  PetscReal fastest = 0;
-  PetscBool loads;
-
-  PetscFunctionBegin;
-  kind->heals = heals;
-  PetscCall(SlipElasticLoads(fault->medium, &loads));
-  kind->sequence = kind->loaded || stressed || loads || heals ? PETSC_TRUE : PETSC_FALSE;
-  kind->driven = kind->sequence || fault->loads.pressed || !kind->inertia || fault->friction.law->always_slides
-                   ? PETSC_TRUE
-                   : PETSC_FALSE;
-  if (!heals) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->friction.healing));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal time = fault->fields.cell[FIELD_HEALING_TIME][i];
-
-    fault->friction.healing[i] = time > 0 ? 1 / time : 0;
-    fastest = PetscMax(fastest, fault->friction.healing[i]);
-  }
-  PetscCallMPI(MPI_Allreduce(&fastest, &fault->loads.fastest_healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sets up the loads; after the cells and the weights. */
 PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
+  SlipFaultKind *kind = &fault->kind;
   PetscInt any[3] = {0, 0, 0};
+  PetscReal fastest = 0;
+  PetscBool medium;
 
   PetscFunctionBegin;
   loads->fault = fault;
@@ -376,7 +353,21 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   PetscCall(SourceSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));
   loads->pressed = loads->rows || loads->source.distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(KindSetUp(fault, (PetscBool)any[1], (PetscBool)any[2]));
+  /* the kind of problem that the loads and the healing make */
+  kind->heals = (PetscBool)any[2];
+  PetscCall(SlipElasticLoads(fault->medium, &medium));
+  kind->sequence = kind->loaded || any[1] || medium || any[2] ? PETSC_TRUE : PETSC_FALSE;
+  kind->driven =
+    kind->sequence || loads->pressed || !kind->inertia || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
+  if (!kind->heals) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &fault->friction.healing));
+  for (PetscInt i = 0; i < loads->n; i++) {
+    const PetscReal time = fault->fields.cell[FIELD_HEALING_TIME][i];
+
+    fault->friction.healing[i] = time > 0 ? 1 / time : 0;
+    fastest = PetscMax(fastest, fault->friction.healing[i]);
+  }
+  PetscCallMPI(MPI_Allreduce(&fastest, &loads->fastest_healing, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -153,31 +153,13 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers the law's own parameters cell by cell, and allocates room for its cached values. */
-static PetscErrorCode GatherOwn(SlipFault fault)
-{
-  const PetscReal *cell[FAULT_MAX_OWN];
-  PetscInt n = 0;
-
-  PetscFunctionBegin;
-  for (PetscInt f = FAULT_NUM_FIELDS; SlipFaultFieldRow(f); f++)
-    if (SlipFaultHasField(fault, f)) cell[n++] = fault->fields.cell[f];
-  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n * n, 1), &fault->friction.own));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    for (PetscInt k = 0; k < n; k++) fault->friction.own[i * n + k] = cell[k][i];
-  fault->friction.nown = n;
-  if (!fault->friction.law->remembers) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(4 * fault->mesh.n + 1, &fault->friction.known));
-  for (PetscInt i = 0; i < 4 * fault->mesh.n; i++) fault->friction.known[i] = (PetscReal)NAN;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
   const SlipParameter *p;
+  const PetscReal *own[FAULT_MAX_OWN];
   PetscReal low = PETSC_MAX_REAL, value, gradient;
-  PetscInt any = 0;
+  PetscInt n = 0, any = 0;
 
   PetscFunctionBegin;
   /* scalar parameters fill the fields first, then SlipFaultSetField() and the file override them */
@@ -202,7 +184,18 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->fields.given[f]);
   }
   if (fault->options.text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
-  PetscCall(GatherOwn(fault));
+
+  /* the law's own parameters cell by cell, and room for its cached values */
+  for (PetscInt f = FAULT_NUM_FIELDS; SlipFaultFieldRow(f); f++)
+    if (SlipFaultHasField(fault, f)) own[n++] = fault->fields.cell[f];
+  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n * n, 1), &fault->friction.own));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < n; k++) fault->friction.own[i * n + k] = own[k][i];
+  fault->friction.nown = n;
+  if (fault->friction.law->remembers) {
+    PetscCall(PetscMalloc1(4 * fault->mesh.n + 1, &fault->friction.known));
+    for (PetscInt i = 0; i < 4 * fault->mesh.n; i++) fault->friction.known[i] = (PetscReal)NAN;
+  }
 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     low = PetscMin(low, fault->fields.cell[FIELD_NORMAL_STRESS][i]);

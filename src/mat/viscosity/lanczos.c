@@ -95,20 +95,6 @@ static PetscErrorCode EnsureBasis(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes next = D^-1 S D^-1 basis[m]. */
-static PetscErrorCode Multiply(Lanczos *l, PetscInt m, Vec next)
-{
-  PetscFunctionBegin;
-  if (!l->root) {
-    PetscCall(MatMult(l->S, l->basis[m], next));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecPointwiseMult(l->work, l->inverse, l->basis[m]));
-  PetscCall(MatMult(l->S, l->work, next));
-  PetscCall(VecPointwiseMult(next, next, l->inverse));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes v_{m+1} and the next entries of T from v_0 .. v_m, by classical Gram-Schmidt twice, or by the recurrence. */
 static PetscErrorCode Step(Lanczos *l, PetscInt m)
 {
@@ -117,7 +103,13 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionBegin;
   PetscCall(EnsureBasis(l, m + 1));
   next = l->basis[m + 1];
-  PetscCall(Multiply(l, m, next));
+  if (!l->root)
+    PetscCall(MatMult(l->S, l->basis[m], next));
+  else { /* D^-1 S D^-1 */
+    PetscCall(VecPointwiseMult(l->work, l->inverse, l->basis[m]));
+    PetscCall(MatMult(l->S, l->work, next));
+    PetscCall(VecPointwiseMult(next, next, l->inverse));
+  }
   l->alpha[m] = 0;
   for (PetscInt pass = 0; pass < 2 && l->orthogonal; pass++) {
     PetscCall(VecMDot(next, m + 1, l->basis, l->h));
@@ -268,23 +260,6 @@ static PetscErrorCode LanczosMult(Mat H, Vec x, Vec y)
 
 /* ---- the matrix ---- */
 
-/* Takes the diagonal of the approximate root on a uniform grid. */
-static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
-{
-  const SlipGrid *grid;
-  SlipToeplitz plane;
-  PetscReal scale;
-
-  PetscFunctionBegin;
-  PetscCall(SlipGridOf(l->S, &grid));
-  *found = (PetscBool)(grid && !l->root);
-  if (!*found) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipToeplitzOf(l->S, &plane));
-  PetscCall(SlipGridScale(l->S, &scale));
-  PetscCall(SlipToeplitzGetRootDiagonal(plane, l->factor * PetscSqrtReal(scale), l->diagonal));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Estimates the diagonal from the mean of H_ii over factor sqrt(w_i S_ii) in some rows, well enough to precondition. */
 static PetscErrorCode EstimateDiagonal(Lanczos *l)
 {
@@ -325,15 +300,22 @@ static PetscErrorCode EstimateDiagonal(Lanczos *l)
 static PetscErrorCode LanczosGetDiagonal(Mat H, Vec d)
 {
   Lanczos *l;
-  PetscBool found = PETSC_FALSE;
+  const SlipGrid *grid;
+  SlipToeplitz plane;
+  PetscReal scale;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
   if (!l->diagonal) {
     PetscCall(VecDuplicate(l->work, &l->diagonal));
-    PetscCall(GridDiagonal(l, &found));
+    PetscCall(SlipGridOf(l->S, &grid));
+    if (grid && !l->root) { /* the diagonal of the approximate root */
+      PetscCall(SlipToeplitzOf(l->S, &plane));
+      PetscCall(SlipGridScale(l->S, &scale));
+      PetscCall(SlipToeplitzGetRootDiagonal(plane, l->factor * PetscSqrtReal(scale), l->diagonal));
+    }
     PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
-    if (!found) PetscCall(EstimateDiagonal(l));
+    if (!grid || l->root) PetscCall(EstimateDiagonal(l));
     PetscCall(SlipProductsPop());
   }
   PetscCall(VecCopy(l->diagonal, d));

@@ -108,32 +108,12 @@ static PetscReal CorrectionDiagonal(SlipSpectral *c, PetscInt nx, PetscInt ix, P
   return sum;
 }
 
-/* Computes the diagonal of the spectral part at every depth: the mean over all wavenumbers. Collective if these are
-   distributed. */
-static PetscErrorCode BlocksDiagonal(SlipSpectral *c, MPI_Comm comm, PetscReal sum[])
-{
-  SlipTransposedFFT pencil = SlipCirculantPencil(c->strike);
-  const PetscInt first = pencil ? pencil->layout.column_start : 0;
-  const SlipGrid *g;
-  PetscInt P, nk;
-
-  PetscFunctionBegin;
-  SlipCirculantGet(c->strike, &g, &P, &nk, NULL);
-  for (PetscInt iz = 0; iz < g->nz; iz++) {
-    sum[iz] = 0;
-    for (PetscInt k = 0; k < nk; k++)
-      sum[iz] += (first + k == 0 || 2 * (first + k) == P ? 1 : 2) * c->blocks[((size_t)k * g->nz + iz) * g->nz + iz];
-    sum[iz] /= (PetscReal)P;
-  }
-  if (pencil) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, (int)g->nz, MPIU_REAL, MPI_SUM, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
 {
   SlipSpectral *c;
   const SlipGrid *g;
-  PetscInt start, rows;
+  SlipTransposedFFT pencil;
+  PetscInt start, rows, P, nk, first;
   PetscReal *sum;
 
   PetscFunctionBegin;
@@ -142,10 +122,19 @@ static PetscErrorCode SpectralGetDiagonal(Mat H, Vec d)
     PetscCall(VecCopy(c->diagonal, d));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  SlipCirculantGet(c->strike, &g, NULL, NULL, NULL);
+  SlipCirculantGet(c->strike, &g, &P, &nk, NULL);
   SlipSpectralRows(c, &start, &rows);
+  pencil = SlipCirculantPencil(c->strike);
+  first = pencil ? pencil->layout.column_start : 0;
   PetscCall(PetscMalloc1(g->nz, &sum));
-  PetscCall(BlocksDiagonal(c, PetscObjectComm((PetscObject)H), sum));
+  for (PetscInt iz = 0; iz < g->nz; iz++) { /* of the spectral part: the mean over all wavenumbers */
+    sum[iz] = 0;
+    for (PetscInt k = 0; k < nk; k++)
+      sum[iz] += (first + k == 0 || 2 * (first + k) == P ? 1 : 2) * c->blocks[((size_t)k * g->nz + iz) * g->nz + iz];
+    sum[iz] /= (PetscReal)P;
+  }
+  if (pencil)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, (int)g->nz, MPIU_REAL, MPI_SUM, PetscObjectComm((PetscObject)H)));
   for (PetscInt iz = 0; iz < rows; iz++)
     for (PetscInt ix = 0; ix < g->nx; ix++)
       c->y[iz * g->nx + ix] = sum[start + iz] + CorrectionDiagonal(c, g->nx, ix, iz);
