@@ -400,24 +400,6 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses to overwrite an older checkpoint in a run that does not continue from it. */
-static PetscErrorCode CheckFile(SlipFault fault)
-{
-  const char *file = fault->options.text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
-  PetscBool exists, same;
-
-  PetscFunctionBegin;
-  if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipStateCheckCreate(fault->comm, prefix, "fault_checkpoint", file, &exists));
-  PetscCall(PetscStrcmp(file, fault->options.text[FAULT_RESTART], &same));
-  if (fault->options.output_overwrite) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!exists || same, fault->comm, PETSC_ERR_FILE_OPEN,
-             "%s is there already (-%sfault_checkpoint): go on from it with -%sfault_restart %s, or throw it away with "
-             "-%sfault_output_overwrite",
-             file, prefix, prefix, file, prefix);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
   SlipFaultCheckpointStart - continues from -fault_restart, and writes checkpoints of the run
 
@@ -458,11 +440,22 @@ static PetscErrorCode CheckFile(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 {
+  const char *file = fault->options.text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
+  PetscBool exists, same;
+
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultCheckFeatures(fault, ts));
-  PetscCall(CheckFile(fault));
+  if (file[0]) { /* an older checkpoint is not overwritten by a run that does not continue from it */
+    PetscCall(SlipStateCheckCreate(fault->comm, prefix, "fault_checkpoint", file, &exists));
+    PetscCall(PetscStrcmp(file, fault->options.text[FAULT_RESTART], &same));
+    PetscCheck(
+      !exists || same || fault->options.output_overwrite, fault->comm, PETSC_ERR_FILE_OPEN,
+      "%s is there already (-%sfault_checkpoint): go on from it with -%sfault_restart %s, or throw it away with "
+      "-%sfault_output_overwrite",
+      file, prefix, prefix, file, prefix);
+  }
   fault->run->idle = PETSC_FALSE;
   if (fault->options.text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(SlipCheckpointStart(fault, ts));

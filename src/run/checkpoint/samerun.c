@@ -30,16 +30,6 @@ static PetscErrorCode Differ(Differences *d, const char format[], const char nam
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes two numbers with the fewest digits that distinguish them. */
-static void Numbers(PetscReal x, PetscReal y, const char unit[], char a[64], char b[64])
-{
-  for (int digits = 6; digits <= 17; digits++) {
-    (void)snprintf(a, 64, "%.*g%s%s", digits, (double)x, unit[0] ? " " : "", unit);
-    (void)snprintf(b, 64, "%.*g%s%s", digits, (double)y, unit[0] ? " " : "", unit);
-    if (strcmp(a, b)) return;
-  }
-}
-
 /* Compares a number; tolerance: relative, for computed numbers */
 static PetscErrorCode CompareReal(Differences *d, const char name[], PetscReal now, const char unit[],
                                   PetscReal tolerance)
@@ -50,7 +40,11 @@ static PetscErrorCode CompareReal(Differences *d, const char name[], PetscReal n
   PetscFunctionBegin;
   PetscCall(SlipStateReal(d->s, name, 1, &then));
   if (PetscAbsReal(then - now) <= tolerance * PetscAbsReal(now)) PetscFunctionReturn(PETSC_SUCCESS);
-  Numbers(now, then, unit, a, b);
+  for (int digits = 6; digits <= 17; digits++) { /* the fewest that distinguish them */
+    (void)snprintf(a, sizeof(a), "%.*g%s%s", digits, (double)now, unit[0] ? " " : "", unit);
+    (void)snprintf(b, sizeof(b), "%.*g%s%s", digits, (double)then, unit[0] ? " " : "", unit);
+    if (strcmp(a, b)) break;
+  }
   PetscCall(Differ(d, "%s is %s, was %s", name, a, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -116,22 +110,6 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
 
 /* ---- rows of parameters.c, by their parts; those of the run and of the output may change ---- */
 
-static PetscErrorCode CompareReals(Differences *d, SlipFault fault)
-{
-  PetscFunctionBegin;
-  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
-    const SlipParameter *p = SlipFaultRealRow(id);
-    PetscReal value;
-
-    d->allowed = p->part == SLIP_PART_STEPS ? PETSC_TRUE : PETSC_FALSE;
-    if (!d->allowed && (p->part != SLIP_PART_PROBLEM || SlipFaultFieldOf(id) >= 0)) continue; /* fields are compared */
-    PetscCall(SlipFaultGetReal(fault, p->name, &value));
-    PetscCall(CompareReal(d, p->name, value, p->unit, 0));
-  }
-  d->allowed = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
 {
   PetscFunctionBegin;
@@ -151,20 +129,6 @@ static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
       PetscCall(Differ(d, "%s is %s, was %s", p->name, text, p->value));
   }
   d->allowed = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CompareSwitches(Differences *d, SlipFault fault)
-{
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) {
-    const SlipFaultSwitch *p = &SlipFaultSwitches[i];
-    const PetscBool *at = (const PetscBool *)((const char *)fault + p->offset);
-
-    if (p->part != SLIP_PART_PROBLEM) continue;
-    if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law determined it */
-    PetscCall(CompareText(d, p->name, *at ? "yes" : "no"));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,9 +290,25 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscFunctionBegin;
   PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, &H));
   PetscCall(SlipStateGroup(s, "parameters"));
-  PetscCall(CompareReals(&d, fault));
+  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
+    const SlipParameter *p = SlipFaultRealRow(id);
+    PetscReal value;
+
+    d.allowed = p->part == SLIP_PART_STEPS ? PETSC_TRUE : PETSC_FALSE;
+    if (!d.allowed && (p->part != SLIP_PART_PROBLEM || SlipFaultFieldOf(id) >= 0)) continue; /* fields are compared */
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
+    PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
+  }
+  d.allowed = PETSC_FALSE;
   PetscCall(CompareStrings(&d, fault));
-  PetscCall(CompareSwitches(&d, fault));
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) {
+    const SlipFaultSwitch *p = &SlipFaultSwitches[i];
+    const PetscBool *at = (const PetscBool *)((const char *)fault + p->offset);
+
+    if (p->part != SLIP_PART_PROBLEM) continue;
+    if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law determined it */
+    PetscCall(CompareText(&d, p->name, *at ? "yes" : "no"));
+  }
   PetscCall(CompareText(&d, "ts_type", ((PetscObject)ts)->type_name));
   PetscCall(fault->mesh.kind->digest(&fault->mesh, digest, 64));
   PetscCall(CompareText(&d, "mesh", digest));

@@ -161,27 +161,6 @@ static PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal t
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Saves or loads the cost of the run so far. */
-static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
-{
-  static const SlipProductsUser users[] = {SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_LOOK};
-  static const char *const names[] = {"products", "products_looking"};
-  SlipProducts now, products, *before = fault->run->before;
-  PetscReal time = SlipProcessorTime() - fault->run->time;
-
-  PetscFunctionBegin;
-  for (int i = 0; i < 2; i++) {
-    SlipProductsGetOf(users[i], &now);
-    products = SlipProductsSince(&now, &before[users[i]]);
-    PetscCall(SlipStateProducts(s, names[i], &products));
-    before[users[i]] = SlipProductsSince(&now, &products);
-  }
-  PetscCall(SlipStateReal(s, "processor_time", 1, &time));
-  fault->run->time = SlipProcessorTime() - time;
-  PetscCall(SlipStateInt(s, "right_hand_sides", 1, &fault->balance.sides));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Saves or loads a checkpoint's part: the newest entry of /fields. Data that the earlier run did not need start here.
    */
 static PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s)
@@ -196,9 +175,22 @@ static PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s)
       : PETSC_FALSE;
   PetscBool known = when->known, has_rate = rate, has_slip = slip;
   PetscInt last = file ? out->last_field_step : 0;
+  static const SlipProductsUser users[] = {SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_LOOK};
+  static const char *const names[] = {"products", "products_looking"};
+  SlipProducts now, products, *before = fault->run->before;
+  PetscReal time = SlipProcessorTime() - fault->run->time;
 
   PetscFunctionBegin;
-  PetscCall(VisitCounts(fault, s));
+  /* the cost of the run so far */
+  for (int i = 0; i < 2; i++) {
+    SlipProductsGetOf(users[i], &now);
+    products = SlipProductsSince(&now, &before[users[i]]);
+    PetscCall(SlipStateProducts(s, names[i], &products));
+    before[users[i]] = SlipProductsSince(&now, &products);
+  }
+  PetscCall(SlipStateReal(s, "processor_time", 1, &time));
+  fault->run->time = SlipProcessorTime() - time;
+  PetscCall(SlipStateInt(s, "right_hand_sides", 1, &fault->balance.sides));
   PetscCall(SlipStateBool(s, "entry", &known));
   PetscCall(SlipStateInt(s, "entry_step", 1, &last));
   PetscCall(SlipStateReal(s, "entry_time", 1, &when->entry_time));

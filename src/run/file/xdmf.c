@@ -153,8 +153,8 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
   (void)snprintf(text + n, len - n, "%s", ending);
 }
 
-/* Prints a field in entry k, or one of its two components, along strike and up dip; component -1: it has one number in a
-   cell. h5: the output's name in XML */
+/* Prints a field in entry k, or one of its two components, along strike and up dip; component -1: one number in
+   each cell. h5: the output's name in XML */
 static void PutField(const Xdmf *x, FILE *f, const char h5[], PetscInt k, PetscInt field, int component)
 {
   const SlipFault fault = x->fault;
