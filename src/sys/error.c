@@ -36,8 +36,8 @@ void SlipErrorAtEnd(void (*end)(void))
 
 enum { LINES = 8192 };       /* bytes */
 static char warnings[LINES]; /* all of this process, one line each */
-static char kept[LINES];     /* those that were not shown yet */
-static PetscBool keeping = PETSC_FALSE;
+static char stored[LINES];   /* those that were not shown yet */
+static PetscBool storing = PETSC_FALSE;
 
 static void SlipSay(const char kind[], const char format[], ...)
 {
@@ -93,24 +93,6 @@ PetscErrorCode SlipErrorHandlerBegin(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PETSc calls the first step -ts_time_step from 3.25 on and warns of -ts_dt; both names become valid with every
-   version. */
-static PetscErrorCode SlipRenameStep(void)
-{
-  const char *const given = "-" SLIP_TS_DT_OTHER, *const known = "-" SLIP_TS_DT;
-  const char *value;
-  char copy[64];
-  PetscBool set;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsFindPair(NULL, NULL, given, &value, &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrncpy(copy, value ? value : "", sizeof(copy)));
-  PetscCall(PetscOptionsClearValue(NULL, given));
-  PetscCall(PetscOptionsSetValue(NULL, known, copy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   SlipErrorHandlerPush - makes errors end this program with one line on stderr, "program: error: message"
 
@@ -134,10 +116,18 @@ static PetscErrorCode SlipRenameStep(void)
 @*/
 PetscErrorCode SlipErrorHandlerPush(const char program[])
 {
-  PetscBool traceback = PETSC_FALSE;
+  const char *value;
+  char copy[64];
+  PetscBool set, traceback = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(SlipRenameStep());
+  /* PETSc calls the first step -ts_time_step from 3.25 on and warns of -ts_dt; both are valid with every version */
+  PetscCall(PetscOptionsFindPair(NULL, NULL, "-" SLIP_TS_DT_OTHER, &value, &set));
+  if (set) {
+    PetscCall(PetscStrncpy(copy, value ? value : "", sizeof(copy)));
+    PetscCall(PetscOptionsClearValue(NULL, "-" SLIP_TS_DT_OTHER));
+    PetscCall(PetscOptionsSetValue(NULL, "-" SLIP_TS_DT, copy));
+  }
   PetscCall(PetscSetProgramName(program));
   PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-slip_traceback"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "SlipStep", "Sys");
@@ -166,11 +156,11 @@ static PetscBool Append(char lines[LINES], const char format[], va_list args)
 PetscErrorCode SlipWarning(const char format[], ...)
 {
   va_list args;
-  PetscBool room = keeping;
+  PetscBool room = storing;
 
   PetscFunctionBegin;
   va_start(args, format);
-  if (keeping) room = Append(kept, format, args);
+  if (storing) room = Append(stored, format, args);
   va_end(args);
   va_start(args, format);
   if (!room) SlipSpeak("warning", format, args);
@@ -240,13 +230,13 @@ PetscErrorCode SlipWarningsTake(char **text)
 PetscErrorCode SlipWarningsKeep(PetscBool keep, PetscBool say)
 {
   PetscFunctionBegin;
-  keeping = PETSC_FALSE;
-  for (char *end, *line = kept; say && (end = strchr(line, '\n')); line = end + 1) {
+  storing = PETSC_FALSE;
+  for (char *end, *line = stored; say && (end = strchr(line, '\n')); line = end + 1) {
     *end = 0;
     SlipSay("warning", "%s", line);
   }
-  kept[0] = 0;
-  keeping = keep;
+  stored[0] = 0;
+  storing = keep;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -252,14 +252,6 @@ SlipH5 *SlipH5Written(int i)
   return entry ? entry->h : NULL;
 }
 
-static SlipH5 *SlipH5WrittenAs(const struct stat *info)
-{
-  const SlipH5Entry *entry = written;
-
-  while (entry && (entry->device != info->st_dev || entry->inode != info->st_ino)) entry = entry->next;
-  return entry ? entry->h : NULL;
-}
-
 /* While files are open for writing, exceeding the limit of the file size (RLIMIT_FSIZE) becomes an error of the write.
    By default a signal ends the process, also by handlers of OpenCL compilers, which MPI may load when it looks for
    devices. The previous handler is restored when all files are closed, unless another one was installed meanwhile. */
@@ -419,11 +411,13 @@ static const H5FD_class_t *sec2; /* HDF5's own driver of files */
 /* The SlipH5 that HDF5 has open; NULL: it was released */
 static SlipH5 *SlipH5DriverFile(H5FD_t *file)
 {
+  const SlipH5Entry *entry = written;
   struct stat info;
   void *handle;
 
-  return (*sec2->get_handle)(file, H5P_DEFAULT, &handle) < 0 || fstat(*(int *)handle, &info) ? NULL
-                                                                                             : SlipH5WrittenAs(&info);
+  if ((*sec2->get_handle)(file, H5P_DEFAULT, &handle) < 0 || fstat(*(int *)handle, &info)) return NULL;
+  while (entry && (entry->device != info.st_dev || entry->inode != info.st_ino)) entry = entry->next;
+  return entry ? entry->h : NULL;
 }
 
 static herr_t SlipH5DriverWrite(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t addr, size_t size, const void *data)

@@ -264,7 +264,9 @@ static int SlipH5CopyBytes(const char from[], int to)
 }
 
 /* For H5Lvisit(): reads the header of an object and, of a dataset, the index of its chunks, whose sizes its storage
-   sums up; 1: it cannot be read */
+   sums up; 1: it cannot be read, and its name is stored. If a file is open for SWMR, HDF5 assumes that a block of
+   metadata with a wrong checksum is being written by another process, and reads it 100 times, doubling the wait each
+   time: for ever. A damaged file must therefore be detected before it is opened in this mode. */
 static herr_t SlipH5ReadObject(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
@@ -279,13 +281,6 @@ static herr_t SlipH5ReadObject(hid_t location, const char *name, const H5L_info_
   if (good) return 0;
   (void)PetscStrncpy((char *)ctx, name, PETSC_MAX_PATH_LEN);
   return 1;
-}
-
-/* The file must not be open for SWMR; object: name of the first unreadable object, as far as it has one */
-static PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN])
-{
-  object[0] = '\0';
-  return H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5ReadObject, object) == 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Starts writing an HDF5 file that begins as the copy of another. kind: the option that names it, and whether it grows;
@@ -315,7 +310,8 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
   properties = SlipH5Access(kind->growing);
   h->id = H5Fopen(h->name, H5F_ACC_RDWR, properties);
   H5Pclose(properties);
-  whole = h->id >= 0 ? SlipH5IsWhole(h->id, object) : PETSC_FALSE;
+  whole = h->id >= 0 && H5Lvisit(h->id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5ReadObject, object) == 0 ? PETSC_TRUE
+                                                                                                      : PETSC_FALSE;
   if (!whole) {
     h->failed = ECANCELED;
     (void)SlipH5CloseId(h);

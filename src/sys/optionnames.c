@@ -96,6 +96,20 @@ PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[])
 
 /* ---- names ---- */
 
+/* Gets the next of the names after *place, which blanks separate and which advances; false after the last. */
+PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH])
+{
+  const char *begin = *place + strspn(*place, " ");
+  const size_t len = strcspn(begin, " "), before = strlen(prefix);
+
+  if (!len || before + len >= SLIP_NAME_LENGTH) return PETSC_FALSE;
+  memcpy(name, prefix, before);
+  memcpy(name + before, begin, len);
+  name[before + len] = '\0';
+  *place = begin + len;
+  return PETSC_TRUE;
+}
+
 /* The i-th list; NULL after the last */
 static const SlipNames *SlipList(size_t i)
 {
@@ -151,15 +165,15 @@ static int SlipSuggest(const char word[], const char dash[], const char nearest[
                        char text[SLIP_HINT_LENGTH])
 {
   size_t common = 0;
-  int own;
+  int letters;
 
   for (size_t k = 0; nearest[k] && tolower((unsigned char)word[k]) == tolower((unsigned char)nearest[k]); k++)
     if (nearest[k] == '_') common = k + 1;
-  own = (int)strlen(nearest + common);
+  letters = (int)strlen(nearest + common);
   text[0] = '\0';
-  if (distance > PetscMax(1, own / 3)) return SLIP_NAME_LENGTH;
+  if (distance > PetscMax(1, letters / 3)) return SLIP_NAME_LENGTH;
   (void)PetscSNPrintf(text, SLIP_HINT_LENGTH, ": did you mean %s%s?", dash, nearest);
-  return distance <= (own < 8 ? 1 : 2) ? distance : SLIP_NAME_LENGTH;
+  return distance <= (letters < 8 ? 1 : 2) ? distance : SLIP_NAME_LENGTH;
 }
 
 /* Writes the end of a message, ": did you mean NAME?" with the name nearest to a word, or "". */

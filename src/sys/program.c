@@ -13,25 +13,21 @@
 
 /* ---- -version ---- */
 
-static PetscBool SlipProgramWantsVersion(int argc, char **argv)
-{
-  static const char *const names[] = {"-version", "--version", "-slipstep_version"};
-
-  for (int i = 1; i < argc; i++)
-    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(names); k++)
-      if (!strcmp(argv[i], names[k])) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
-/* Prints the versions of all libraries, on one process, and ends the program. PETSc is not initialised, because it
-   would print its own. */
+/* With -version prints the versions of all libraries, on one process, and ends the program. PETSc is not initialised,
+   because it would print its own. */
 static void SlipProgramShowVersion(int *argc, char ***argv, const char program[])
 {
+  static const char *const names[] = {"-version", "--version", "-slipstep_version"};
+  PetscBool wanted = PETSC_FALSE;
   PetscInt major = 0, minor = 0, patch = 0;
   unsigned h5[3] = {0, 0, 0};
   char mpi[MPI_MAX_LIBRARY_VERSION_STRING] = "";
   int rank = 0, len = 0;
 
+  for (int i = 1; i < *argc; i++)
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(names); k++)
+      if (!strcmp((*argv)[i], names[k])) wanted = PETSC_TRUE;
+  if (!wanted) return;
   if (MPI_Init(argc, argv)) exit(EXIT_FAILURE);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Get_library_version(mpi, &len);
@@ -221,7 +217,7 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   PetscBool own;
 
   PetscFunctionBegin;
-  if (SlipProgramWantsVersion(*argc, *argv)) SlipProgramShowVersion(argc, argv, program);
+  SlipProgramShowVersion(argc, argv, program);
   SlipProgramLeavePagers(*argc, *argv);
   own = SlipProgramTakeHelp(argc, *argv, program, file);
   PetscCall(SlipErrorHandlerBegin());

@@ -4,6 +4,7 @@
 #include <petsc/private/petscimpl.h>
 #include <slipstep/private/slipsys.h>
 #include <ctype.h>
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -73,61 +74,86 @@ PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const char *SlipNumberOption(size_t i)
+/* The i-th number of both tables, NULL after the last */
+static const SlipNumber *SlipNumberAt(size_t i)
 {
   const size_t n = PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers);
 
-  if (i < n) return SlipSolverNumbers[i].option + 1;
-  return i - n < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers) ? SlipLinearNumbers[i - n].option + 1 : NULL;
+  if (i < n) return &SlipSolverNumbers[i];
+  return i - n < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers) ? &SlipLinearNumbers[i - n] : NULL;
+}
+
+const char *SlipNumberOption(size_t i)
+{
+  const SlipNumber *number = SlipNumberAt(i);
+
+  return number ? number->option + 1 : NULL;
 }
 
 /* Options that PETSc's TS, SNES, KSP and PC read as integers, by PetscOptionsInt() in their sources, besides those of
    the tables above. Others, such as times, may be larger. */
-static const char *const SlipIntegers[] = {"ts_max_step_rejections",
-                                           "ts_run_steps",
-                                           "ts_monitor_solution_vtk_interval",
-                                           "ts_monitor_draw_solution",
-                                           "ts_monitor_lg_solution",
-                                           "ts_monitor_lg_timestep",
-                                           "ts_monitor_lg_error",
-                                           "ts_bdf_order",
-                                           "ts_eimex_max_rows",
-                                           "ts_gl_max_order",
-                                           "ts_irk_nstages",
-                                           "ts_rk_dtratio",
-                                           "ts_ssp_num_stages",
-                                           "snes_grid_sequence",
-                                           "snes_lag_jacobian",
-                                           "snes_lag_preconditioner",
-                                           "snes_max_fail",
-                                           "snes_max_linear_solve_fail",
-                                           "snes_mf_version",
-                                           "snes_anderson_m",
-                                           "snes_anderson_restart",
-                                           "snes_ngmres_m",
-                                           "snes_ngmres_restart",
-                                           "snes_ngs_sweeps",
-                                           "snes_ngs_max_it",
-                                           "snes_qn_m",
-                                           "snes_linesearch_max_it",
-                                           "snes_linesearch_order",
-                                           "ksp_ew_version",
-                                           "ksp_check_norm_iteration",
-                                           "ksp_min_it",
-                                           "ksp_gmres_restart",
-                                           "ksp_gcr_restart",
-                                           "ksp_lgmres_augment",
-                                           "ksp_fcg_mmax",
-                                           "ksp_bcgsl_ell",
-                                           "ksp_idr_s",
-                                           "ksp_chebyshev_esteig_steps",
-                                           "pc_factor_levels",
-                                           "pc_bjacobi_blocks",
-                                           "pc_asm_blocks",
-                                           "pc_asm_overlap",
-                                           "pc_sor_its",
-                                           "pc_sor_lits",
-                                           "pc_mg_levels"};
+static const char SlipIntegers[] =
+  "ts_max_step_rejections ts_run_steps ts_monitor_solution_vtk_interval ts_monitor_draw_solution "
+  "ts_monitor_lg_solution ts_monitor_lg_timestep ts_monitor_lg_error ts_bdf_order ts_eimex_max_rows ts_gl_max_order "
+  "ts_irk_nstages ts_rk_dtratio ts_ssp_num_stages snes_grid_sequence snes_lag_jacobian snes_lag_preconditioner "
+  "snes_max_fail snes_max_linear_solve_fail snes_mf_version snes_anderson_m snes_anderson_restart snes_ngmres_m "
+  "snes_ngmres_restart snes_ngs_sweeps snes_ngs_max_it snes_qn_m snes_linesearch_max_it snes_linesearch_order "
+  "ksp_ew_version ksp_check_norm_iteration ksp_min_it ksp_gmres_restart ksp_gcr_restart ksp_lgmres_augment "
+  "ksp_fcg_mmax ksp_bcgsl_ell ksp_idr_s ksp_chebyshev_esteig_steps pc_factor_levels pc_bjacobi_blocks pc_asm_blocks "
+  "pc_asm_overlap pc_sor_its pc_sor_lits pc_mg_levels";
+
+/* ---- integers ---- */
+
+/* Raises an error for integers in a text that overflow PetscInt. PETSc truncates them without a message: with 32-bit
+   integers it reads -ts_max_steps 4294967300 as 4. comm: the processes that fail together; name: of the
+   option, without the dash; text: its value: a number, or several separated by commas, colons or dashes; other texts
+   are ignored. Errors: PETSC_ERR_ARG_OUTOFRANGE, with the option, the number and the largest one. */
+PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char text[])
+{
+  PetscFunctionBegin;
+  for (const char *at = text; *at;) {
+    const size_t sign = strspn(at, "+-") ? 1 : 0, digits = strspn(at + sign, "0123456789");
+    const char after = at[sign + digits];
+    long long value;
+
+    if (digits && (!after || strchr(",:- ", after))) {
+      errno = 0;
+      value = strtoll(at, NULL, 10);
+      PetscCheck(!errno && value >= PETSC_MIN_INT && value <= PETSC_MAX_INT, comm, PETSC_ERR_ARG_OUTOFRANGE,
+                 "-%s is %.*s, which is more than this build's integers hold, %" PetscInt_FMT, name,
+                 (int)(sign + digits), at, PETSC_MAX_INT);
+    }
+    at += sign + digits;
+    at += strcspn(at, ",:- ");
+    if (*at) at++;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Raises an error if the value of an option that is read as an integer, or as a list of them, overflows PetscInt. comm:
+   the processes that fail together; options: the database, NULL for the global one; prefix: of the option, NULL for
+   none; option: its name, with the dash. Errors: PETSC_ERR_ARG_OUTOFRANGE. */
+PetscErrorCode SlipCheckIntegerOption(MPI_Comm comm, PetscOptions options, const char prefix[], const char option[])
+{
+  char name[128], text[1024];
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(options, prefix, option, text, sizeof(text), &set));
+  PetscCall(PetscSNPrintf(name, sizeof(name), "%s%s", prefix ? prefix : "", option + 1));
+  if (set) PetscCall(SlipCheckInteger(comm, name, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* True if a name ends with this, ignoring case: the name of an option with or without a prefix */
+PetscBool SlipEndsWith(const char name[], const char end[])
+{
+  const size_t len = strlen(name), tail = strlen(end);
+
+  return len >= tail && !strcasecmp(name + len - tail, end) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* ---- numbers ---- */
 
 /* Describes the allowed values, for example "a number > 0 s", by C's %g, because PETSc's writes "0." for 0. */
 static void SlipDescribeNumber(const SlipNumber *n, char text[], size_t len)
@@ -240,11 +266,6 @@ static PetscErrorCode SlipCheckLists(const SlipUnread *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscBool IsWhole(const SlipNumber *n, const char name[])
-{
-  return n->flags & SLIP_WHOLE ? SlipEndsWith(name, n->option + 1) : PETSC_FALSE;
-}
-
 /* Raises an error for integers in PETSc's options that overflow PetscInt, whatever their prefix. comm: the processes
    that fail together; options: the database, NULL for the global one. Errors: PETSC_ERR_ARG_OUTOFRANGE. */
 PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options)
@@ -255,15 +276,15 @@ PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options)
   PetscFunctionBegin;
   PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
   for (PetscInt i = 0; i < n; i++) {
+    const char *place = SlipIntegers;
+    const SlipNumber *number;
+    char each[SLIP_NAME_LENGTH];
     PetscBool whole = PETSC_FALSE;
 
     if (!values[i]) continue;
-    for (size_t k = 0; !whole && k < PETSC_STATIC_ARRAY_LENGTH(SlipIntegers); k++)
-      whole = SlipEndsWith(names[i], SlipIntegers[k]);
-    for (size_t k = 0; !whole && k < PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers); k++)
-      whole = IsWhole(&SlipSolverNumbers[k], names[i]);
-    for (size_t k = 0; !whole && k < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers); k++)
-      whole = IsWhole(&SlipLinearNumbers[k], names[i]);
+    while (!whole && SlipNextName("", &place, each)) whole = SlipEndsWith(names[i], each);
+    for (size_t k = 0; !whole && (number = SlipNumberAt(k)); k++)
+      whole = number->flags & SLIP_WHOLE && SlipEndsWith(names[i], number->option + 1) ? PETSC_TRUE : PETSC_FALSE;
     if (whole) PetscCall(SlipCheckInteger(comm, names[i], values[i]));
   }
   PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));

@@ -130,7 +130,6 @@ PETSC_INTERN PetscErrorCode SlipFaultViewTimes(SlipFault fault); /* faultview.c 
 
 /* Observers: one row each in the table of observers.c, with a context that is private to one file */
 /* samerun.c: the first part; raises an error if the checkpoint is of another run */
-PETSC_INTERN PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts); /* longtime.c */
 PETSC_INTERN PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState state, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState state); /* a part of a checkpoint */
 PETSC_INTERN PetscErrorCode SlipFaultObserversDestroy(SlipFault fault);

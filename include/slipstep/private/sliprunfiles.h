@@ -18,7 +18,7 @@ typedef enum {
 } SlipOutputFieldId;
 enum { OUTPUT_MAX_FIELDS = OUTPUT_NUM_FIELDS + SLIP_MAX_STATES - 1 };
 
-/* outputwhen.c: conditions for the next entry of /fields */
+/* Conditions for the next entry of /fields */
 typedef struct {
   PetscBool known;      /* there was an entry, also before a checkpoint */
   PetscReal time;       /* of the last accepted step [s] */
@@ -52,13 +52,6 @@ PETSC_INTERN PetscInt SlipFaultOutputCount(SlipFault fault); /* possible number 
 PETSC_EXTERN const char *SlipFaultOutputField(SlipFault fault, PetscInt f);
 PETSC_EXTERN PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[]);
 PETSC_INTERN PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s); /* collective: for checkpoints */
-
-PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w,
-                                                 PetscBool *due);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
 
 /* ---- catalogue.c, cataloguestep.c, cataloguewithin.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
 /* Quantities integrated over an event; with several faults, the dissipation of friction on each follows. */
@@ -204,7 +197,6 @@ PETSC_EXTERN PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscRe
 /* The file; collective */
 PETSC_EXTERN PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat); /* unless it exists */
 PETSC_EXTERN PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat); /* when it is due */
-PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
 PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
 PETSC_EXTERN PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat);

@@ -123,8 +123,5 @@ PETSC_INTERN PetscErrorCode SlipOutputRow(SlipOutput output, SlipTable *table, c
 /* attempts.c. Start: called once for a TS; Step: called when a step has ended, or TSSolve() begins */
 PETSC_INTERN PetscErrorCode SlipOutputAttemptsStart(TS ts);
 PETSC_INTERN PetscErrorCode SlipOutputAttemptsStep(SlipOutput output, PetscInt step, PetscReal time);
-/* Rank 0: writes attributes of /run that are known at the start, and the end of the file. */
-PETSC_INTERN PetscErrorCode SlipOutputRun(SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipOutputPolicy(SlipOutput output);
-PETSC_INTERN PetscErrorCode SlipOutputWall(SlipOutput output);
+/* Rank 0: writes the end of the file. */
 PETSC_INTERN PetscErrorCode SlipOutputFinishFile(SlipOutput output, const SlipOutputTotals *totals);

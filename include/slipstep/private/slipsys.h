@@ -12,7 +12,7 @@ PETSC_INTERN PetscErrorCode SlipGetStartTime(PetscLogDouble *time); /* time of t
 
 PETSC_INTERN const char *SlipSignalName(int number); /* signals.c */
 
-/* ---- arrays.c ---- */
+/* ---- vectors.c ---- */
 /* One of the vectors whose arrays a loop accesses together; a NULL vector leaves its pointer unchanged. */
 typedef struct {
   Vec vec;
@@ -22,7 +22,6 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipArraysGet(PetscInt n, const SlipArrays list[]);
 PETSC_INTERN PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[]);
 
-/* ---- largest.c ---- */
 /* The larger of both; NaN if one is NaN */
 static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 {
@@ -31,7 +30,6 @@ static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[]);
 PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);
 
-/* ---- compose.c ---- */
 /* Attaches data, replacing those of the same name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
 PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
                                                   PetscErrorCode (*destroy)(SlipContainerArg));
@@ -46,7 +44,6 @@ SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL 
    dash */
 PETSC_INTERN PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has);
 
-/* ---- optionintegers.c ---- */
 PETSC_INTERN PetscBool SlipEndsWith(const char name[], const char end[]);
 
 /* ---- optiontimes.c ---- */
@@ -55,12 +52,11 @@ PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a p
 /* Writes a time with so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years". */
 PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);
 
-/* ---- words.c ---- */
+/* ---- optionnames.c ---- */
 #define SLIP_NAME_LENGTH 128
 /* Gets the next of the names after *place, which advances, following prefix; false after the last. */
 PETSC_INTERN PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH]);
 
-/* ---- optionnames.c ---- */
 #define SLIP_HINT_LENGTH (SLIP_NAME_LENGTH + 32)
 PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH]);
 PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or of PETSc's those that every run needs */
@@ -101,17 +97,6 @@ PETSC_INTERN void SlipProductsRun(void);
 PETSC_INTERN void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products);
 PETSC_INTERN SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *before);
 
-/* ---- usedfiles.c ---- */
-#define SLIP_FILE_ENDINGS 8
-typedef struct {
-  char option[96];               /* option that names it, with its dash */
-  char name[PETSC_MAX_PATH_LEN]; /* "": no file */
-  const char
-    *endings[SLIP_FILE_ENDINGS + 1]; /* what the run appends to the name: "" for the file itself; ended by NULL */
-  PetscBool written;                 /* or only read */
-  PetscInt family;                   /* files of one family may be the same file; 0: none */
-} SlipNamedFile;
-PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[]);
 /* ---- error.c ---- */
 PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* called before the error handler of a program ends it */
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */

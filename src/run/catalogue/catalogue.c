@@ -46,19 +46,6 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Updates the largest slip rate, which is max at the end of the step. */
-static void FollowPeak(SlipFaultEvent *e, const SlipEventStep *step, PetscReal max)
-{
-  const PetscReal time[] = {e->time[0], e->time[1], step->begin + step->dt}, rate[] = {e->rate[0], e->rate[1], max};
-
-  e->peak = PetscMax(e->peak, e->steps ? SlipEventPeak(time, rate) : max);
-  for (int k = 0; k < 2; k++) {
-    e->time[k] = time[k + 1];
-    e->rate[k] = rate[k + 1];
-  }
-  e->steps++;
-}
-
 /* Returns the energy residual over the larger of the two terms of the balance: an event of a fault that loading moves
    may release almost no energy. */
 static PetscReal Residual(PetscReal left, PetscReal elastic, PetscReal dissipated)
@@ -102,6 +89,7 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
 static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
 {
   SlipFault fault = cat->fault;
+  SlipFaultEvent *e = &cat->event;
   const PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
   PetscReal max;
   PetscBool ends;
@@ -112,8 +100,6 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
   if (!cat->active && max <= rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipCatalogueGetStep(cat, ts, time, w, &step));
   if (!cat->active) { /* the event begins in this step, in which the rate exceeds the bound */
-    SlipFaultEvent *e = &cat->event;
-
     PetscCall(SlipCatalogueCross(cat, &step, PETSC_TRUE));
     PetscCall(BeginEvent(cat, step.begin + step.cut * step.dt, cat->cut));
     e->time[1] = step.begin;
@@ -124,7 +110,16 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
   if (ends) PetscCall(SlipCatalogueCross(cat, &step, PETSC_FALSE));
   PetscCall(SlipCatalogueIntegrate(cat, &step, cat->fast, cat->slow));
   PetscCall(SlipCatalogueMarkRuptured(cat, &step));
-  FollowPeak(&cat->event, &step, max);
+  {
+    const PetscReal times[] = {e->time[0], e->time[1], step.begin + step.dt}, rates[] = {e->rate[0], e->rate[1], max};
+
+    e->peak = PetscMax(e->peak, e->steps ? SlipEventPeak(times, rates) : max);
+    for (int k = 0; k < 2; k++) {
+      e->time[k] = times[k + 1];
+      e->rate[k] = rates[k + 1];
+    }
+    e->steps++;
+  }
   for (PetscInt k = 0; k < cat->nwork; k++) cat->work[k] += cat->fast[k];
   if (ends) {
     PetscCall(SlipCatalogueFillRow(cat, step.begin + step.cut * step.dt, cat->cut));

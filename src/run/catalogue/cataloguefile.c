@@ -44,31 +44,6 @@ static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
 
 static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
 
-static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
-{
-  SlipFault fault = cat->fault;
-  SlipH5 *h = &cat->file;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttrString(h, "/", "format", "slipstep-catalogue"));
-  PetscCall(SlipH5WriteAttrInt(h, "/", "version", 1));
-  PetscCall(SlipH5WriteAttrString(h, "/", "library_version", SLIPSTEP_VERSION));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->options.value[FAULT_SHEAR_MODULUS]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "poisson_ratio", fault->options.value[FAULT_POISSON_RATIO]));
-  PetscCall(SlipH5WriteAttrString(h, "/", "kernel", fault->options.text[FAULT_KERNEL]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->options.value[FAULT_EVENT_RATE]));
-  PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", fault->mesh.area * (PetscReal)fault->mesh.N));
-  PetscCall(SlipH5WriteAttrInts(h, "/", "faults", fault->mesh.faults, fault->mesh.labels));
-  if (fault->mesh.ndim == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->mesh.extent[FAULT_LENGTH_X]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->mesh.extent[FAULT_LENGTH_Z]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->mesh.extent[FAULT_DEPTH_TOP]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "strike", fault->mesh.extent[FAULT_STRIKE]));
-  PetscCall(SlipH5WriteAttrReal(h, "/", "dip", fault->mesh.extent[FAULT_DIP]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Columns with times of the run; only several faults have the last one */
 static const PetscInt Times[] = {EVENT_ONSET, EVENT_END, EVENT_FAULT_ONSET};
 
@@ -95,7 +70,23 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
 
   PetscFunctionBegin;
   PetscCall(SlipH5CreateKind(&cat->kind, fault->options.text[FAULT_CATALOGUE], h));
-  PetscCall(WriteAttributes(cat));
+  PetscCall(SlipH5WriteAttrString(h, "/", "format", "slipstep-catalogue"));
+  PetscCall(SlipH5WriteAttrInt(h, "/", "version", 1));
+  PetscCall(SlipH5WriteAttrString(h, "/", "library_version", SLIPSTEP_VERSION));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "shear_modulus", fault->options.value[FAULT_SHEAR_MODULUS]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "poisson_ratio", fault->options.value[FAULT_POISSON_RATIO]));
+  PetscCall(SlipH5WriteAttrString(h, "/", "kernel", fault->options.text[FAULT_KERNEL]));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "event_rate", fault->options.value[FAULT_EVENT_RATE]));
+  PetscCall(SlipH5WriteAttrInt(h, "/", "weakens", fault->resolution.weakens ? 1 : 0));
+  PetscCall(SlipH5WriteAttrReal(h, "/", "fault_area", fault->mesh.area * (PetscReal)fault->mesh.N));
+  PetscCall(SlipH5WriteAttrInts(h, "/", "faults", fault->mesh.faults, fault->mesh.labels));
+  if (ndim == 2) {
+    PetscCall(SlipH5WriteAttrReal(h, "/", "length_x", fault->mesh.extent[FAULT_LENGTH_X]));
+    PetscCall(SlipH5WriteAttrReal(h, "/", "length_z", fault->mesh.extent[FAULT_LENGTH_Z]));
+    PetscCall(SlipH5WriteAttrReal(h, "/", "depth_top", fault->mesh.extent[FAULT_DEPTH_TOP]));
+    PetscCall(SlipH5WriteAttrReal(h, "/", "strike", fault->mesh.extent[FAULT_STRIKE]));
+    PetscCall(SlipH5WriteAttrReal(h, "/", "dip", fault->mesh.extent[FAULT_DIP]));
+  }
   PetscCall(CreateTable(cat, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(!m && fault->layout.components > 1 ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, NULL, MapUnits[m])
@@ -230,15 +221,6 @@ PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: writes all rows to the disk. */
-static PetscErrorCode Flush(SlipFaultCatalogue cat)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipTableFlush(&cat->table, &cat->file));
-  PetscCall(SlipH5Flush(&cat->file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* On rank 0: reads the values of a column in all rows [n]; the caller frees them with PetscFree(). */
 PetscErrorCode SlipCatalogueReadColumn(SlipFaultCatalogue cat, SlipEventColumn column, PetscInt *n, PetscReal **values)
 {
@@ -264,25 +246,13 @@ PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat)
     PetscBool now;
 
     PetscCall(SlipH5FlushIsDue(&cat->file, &now));
-    if (now) ierr = Flush(cat);
+    if (now) ierr = SlipTableFlush(&cat->table, &cat->file);
+    if (now && !ierr) ierr = SlipH5Flush(&cat->file);
     due = now ? 1 : 0;
   }
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(&due, 1, MPIU_INT, 0, cat->fault->comm));
   if (due) cat->unflushed = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Writes all rows to the disk now. Collective. */
-PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat)
-{
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  PetscCall(SlipCatalogueBegin(cat));
-  if (!cat->rank) ierr = SlipTableFlush(&cat->table, &cat->file);
-  if (!cat->rank && !ierr) ierr = SlipH5Sync(&cat->file);
-  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -355,12 +325,18 @@ PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
   const char *prefix = SlipFaultPrefix(fault);
   PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
   char earlier[PETSC_MAX_PATH_LEN + 8];
+  PetscErrorCode ierr = PETSC_SUCCESS;
   PetscBool has;
 
   PetscFunctionBegin;
   PetscCall(SlipStateHas(s, "catalogue", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
+  if (!SlipStateIsLoading(s)) {
+    PetscCall(SlipCatalogueBegin(cat));
+    if (!cat->rank) ierr = SlipTableFlush(&cat->table, &cat->file);
+    if (!cat->rank && !ierr) ierr = SlipH5Sync(&cat->file);
+    PetscCall(SlipErrorBcast(fault->comm, ierr));
+  }
   SlipCatalogueFollowOrigin(cat); /* before anything is read or written */
   PetscCall(SlipStateGroup(s, "catalogue"));
   PetscCall(SlipStateReal(s, "event_rate", 1, &rate));

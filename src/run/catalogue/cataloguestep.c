@@ -24,27 +24,12 @@ static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal powe
   for (PetscInt k = 0; k < cat->nwork; k++) work[k] += time * power[k];
 }
 
-/* Finds whether TSInterpolate() follows the solution. It does with TSADAMS and TSRKC, but of TSRK's pairs only with
-   5dp: the others use a straight line. */
-static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
-{
-  PetscBool rk;
-  PetscInt order;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, has, TSADAMS, TSBATHE, TSMOREAU, TSRKC, ""));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!rk) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, &order, NULL, NULL));
-  *has = order >= 3 ? PETSC_TRUE : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gets the step that ended in w. */
 PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w, SlipEventStep *step)
 {
   SlipAttempt attempt;
-  PetscBool rests;
+  PetscBool rests, rk;
+  PetscInt order;
 
   PetscFunctionBegin;
   *step = (SlipEventStep){.ts = ts};
@@ -66,7 +51,14 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
   step->share[1] = 1;
   step->node[0] = cat->before;
   step->node[1] = w;
-  PetscCall(HasDenseOutput(ts, &step->dense));
+  /* TSInterpolate() follows the solution with TSADAMS and TSRKC, but of TSRK's pairs only with 5dp: the others use a
+     straight line */
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &step->dense, TSADAMS, TSBATHE, TSMOREAU, TSRKC, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
+  if (rk) {
+    PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, &order, NULL, NULL));
+    step->dense = order >= 3 ? PETSC_TRUE : PETSC_FALSE;
+  }
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &step->straight));
   PetscCall(SlipElasticRests(cat->fault->medium, &rests));
   step->sticks = rests && !step->straight && !cat->fault->friction.law->nstates ? PETSC_TRUE : PETSC_FALSE;

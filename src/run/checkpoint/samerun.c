@@ -13,31 +13,21 @@
 
 typedef struct {
   SlipState s;
-  PetscBool told;  /* differences are allowed, and announced */
-  char text[2048]; /* differences that are refused */
-  char news[2048]; /* differences that are allowed */
+  PetscBool allowed;    /* differences are allowed, and announced */
+  char text[2048];      /* differences that are refused */
+  char announced[2048]; /* differences that are allowed */
 } Differences;
 
 static PetscErrorCode Differ(Differences *d, const char format[], const char name[], const char now[],
                              const char then[])
 {
-  char *text = d->told ? d->news : d->text, one[512];
+  char *text = d->allowed ? d->announced : d->text, one[512];
 
   PetscFunctionBegin;
   (void)snprintf(one, sizeof(one), format, name, now, then);
   PetscCall(PetscStrlcat(text, text[0] ? "; " : "", sizeof(d->text)));
   PetscCall(PetscStrlcat(text, one, sizeof(d->text)));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Writes two numbers with the fewest digits that distinguish them. */
-static void Numbers(PetscReal x, PetscReal y, const char unit[], char a[64], char b[64])
-{
-  for (int digits = 6; digits <= 17; digits++) {
-    (void)snprintf(a, 64, "%.*g%s%s", digits, (double)x, unit[0] ? " " : "", unit);
-    (void)snprintf(b, 64, "%.*g%s%s", digits, (double)y, unit[0] ? " " : "", unit);
-    if (strcmp(a, b)) return;
-  }
 }
 
 /* Compares a number; tolerance: relative, for computed numbers */
@@ -50,7 +40,11 @@ static PetscErrorCode CompareReal(Differences *d, const char name[], PetscReal n
   PetscFunctionBegin;
   PetscCall(SlipStateReal(d->s, name, 1, &then));
   if (PetscAbsReal(then - now) <= tolerance * PetscAbsReal(now)) PetscFunctionReturn(PETSC_SUCCESS);
-  Numbers(now, then, unit, a, b);
+  for (int digits = 6; digits <= 17; digits++) { /* the fewest that distinguish them */
+    (void)snprintf(a, sizeof(a), "%.*g%s%s", digits, (double)now, unit[0] ? " " : "", unit);
+    (void)snprintf(b, sizeof(b), "%.*g%s%s", digits, (double)then, unit[0] ? " " : "", unit);
+    if (strcmp(a, b)) break;
+  }
   PetscCall(Differ(d, "%s is %s, was %s", name, a, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -116,22 +110,6 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
 
 /* ---- rows of parameters.c, by their parts; those of the run and of the output may change ---- */
 
-static PetscErrorCode CompareReals(Differences *d, SlipFault fault)
-{
-  PetscFunctionBegin;
-  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
-    const SlipParameter *p = SlipFaultRealRow(id);
-    PetscReal value;
-
-    d->told = p->part == SLIP_PART_STEPS ? PETSC_TRUE : PETSC_FALSE;
-    if (!d->told && (p->part != SLIP_PART_PROBLEM || SlipFaultFieldOf(id) >= 0)) continue; /* fields are compared */
-    PetscCall(SlipFaultGetReal(fault, p->name, &value));
-    PetscCall(CompareReal(d, p->name, value, p->unit, 0));
-  }
-  d->told = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
 {
   PetscFunctionBegin;
@@ -140,9 +118,9 @@ static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
     const char *text = SlipFaultGetText(fault, id);
     PetscBool has, same;
 
-    d->told =
+    d->allowed =
       p->part == SLIP_PART_STEPS && p->choices ? PETSC_TRUE : PETSC_FALSE; /* content of files is announced elsewhere */
-    if (!d->told && p->part != SLIP_PART_PROBLEM) continue;
+    if (!d->allowed && p->part != SLIP_PART_PROBLEM) continue;
     PetscCall(SlipStateHasValue(d->s, p->name, &has));
     PetscCall(PetscStrcmp(text, p->value, &same));
     if (has)
@@ -150,21 +128,7 @@ static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
     else if (!same) /* the checkpoint's version had only the default */
       PetscCall(Differ(d, "%s is %s, was %s", p->name, text, p->value));
   }
-  d->told = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode CompareSwitches(Differences *d, SlipFault fault)
-{
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) {
-    const SlipFaultSwitch *p = &SlipFaultSwitches[i];
-    const PetscBool *at = (const PetscBool *)((const char *)fault + p->offset);
-
-    if (p->part != SLIP_PART_PROBLEM) continue;
-    if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law determined it */
-    PetscCall(CompareText(d, p->name, *at ? "yes" : "no"));
-  }
+  d->allowed = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,20 +181,6 @@ static PetscErrorCode SolverOptions(TS ts, char text[], size_t len)
 }
 
 /* Compares options; numbers may be written in more than one way. */
-static PetscErrorCode CompareOption(Differences *d, const char name[], const char now[], const char then[])
-{
-  PetscReal a, b;
-  char *enda, *endb;
-
-  PetscFunctionBegin;
-  a = strtod(now, &enda);
-  b = strtod(then, &endb);
-  if (!strcmp(now, then) || (a == b && enda > now && endb > then && !*enda && !*endb))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Differ(d, "%s is %s, was %s", name, now, then));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode CompareOptions(Differences *d, TS ts)
 {
   char text[2][8192];
@@ -240,7 +190,7 @@ static PetscErrorCode CompareOptions(Differences *d, TS ts)
   PetscCall(SolverOptions(ts, text[0], sizeof(text[0])));
   PetscCall(PetscStrncpy(text[1], text[0], sizeof(text[1])));
   PetscCall(SlipStateString(d->s, "solver_options", text[1], sizeof(text[1])));
-  d->told = PETSC_TRUE;
+  d->allowed = PETSC_TRUE;
   for (int k = 0; k < 2; k++) {
     PetscCall(PetscOptionsCreate(&options[k]));
     PetscCall(PetscOptionsInsertString(options[k], text[k]));
@@ -252,7 +202,9 @@ static PetscErrorCode CompareOptions(Differences *d, TS ts)
     PetscCall(PetscStrToArray(text[k], ' ', &n, &words));
     for (int i = 0; i < n; i++) {
       const char *value[2] = {NULL, NULL};
-      PetscBool name, set[2];
+      PetscBool name, set[2], same;
+      PetscReal a, b;
+      char *end[2];
 
       PetscCall(PetscOptionsValidKey(words[i], &name));
       if (!name) continue;
@@ -260,30 +212,20 @@ static PetscErrorCode CompareOptions(Differences *d, TS ts)
         PetscCall(PetscOptionsFindPair(options[j], NULL, words[i], &value[j], &set[j]));
         value[j] = !set[j] ? "not given" : value[j] && value[j][0] ? value[j] : "given";
       }
-      if (!k || !set[0]) PetscCall(CompareOption(d, words[i], value[0], value[1]));
+      a = strtod(value[0], &end[0]);
+      b = strtod(value[1], &end[1]);
+      same = a == b && end[0] > value[0] && end[1] > value[1] && !*end[0] && !*end[1] ? PETSC_TRUE : PETSC_FALSE;
+      if ((!k || !set[0]) && !same && strcmp(value[0], value[1]))
+        PetscCall(Differ(d, "%s is %s, was %s", words[i], value[0], value[1]));
     }
     PetscCall(PetscStrToArrayDestroy(n, words));
   }
   for (int k = 0; k < 2; k++) PetscCall(PetscOptionsDestroy(&options[k]));
-  d->told = PETSC_FALSE;
+  d->allowed = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- results of files and set-up ---- */
-
-/* Compares the entries of -fault_stiffness_file as they were read, whatever the file's name, as scaling rounds them.
-   Mesh, kernel and elastic moduli determine a computed stiffness. */
-static PetscErrorCode CompareStiffness(Differences *d, SlipFault fault)
-{
-  char digest[128] = "no entries of a file";
-
-  PetscFunctionBegin;
-  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
-    (void)snprintf(digest, sizeof(digest), "of %lld x %lld entries of a file, %016" PRIx64, (long long)fault->mesh.N,
-                   (long long)fault->mesh.N, fault->operators.read);
-  PetscCall(CompareText(d, "stiffness", digest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Compares the content of the record of -fault_pore_pressure, whatever its file's name; sums of hashes do not depend on
    the distribution of cells. The caller must ensure that a function of SlipFaultSetPressureFunction() is the same. */
@@ -329,9 +271,9 @@ static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
   PetscCall(PetscStrncpy(then, digest, sizeof(then)));
   PetscCall(SlipStateGroup(d->s, "tolerances"));
   PetscCall(SlipStateString(d->s, "content", then, sizeof(then)));
-  d->told = PETSC_TRUE;
+  d->allowed = PETSC_TRUE;
   if (strncmp(digest, then, 16)) PetscCall(Differ(d, "%s is %s, was %s", "tolerances", digest, then));
-  d->told = PETSC_FALSE;
+  d->allowed = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -343,18 +285,40 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscBool cells;
   PetscMPIInt rank;
   Mat K, H;
-  char digest[64];
+  char digest[128];
 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, &H));
   PetscCall(SlipStateGroup(s, "parameters"));
-  PetscCall(CompareReals(&d, fault));
+  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
+    const SlipParameter *p = SlipFaultRealRow(id);
+    PetscReal value;
+
+    d.allowed = p->part == SLIP_PART_STEPS ? PETSC_TRUE : PETSC_FALSE;
+    if (!d.allowed && (p->part != SLIP_PART_PROBLEM || SlipFaultFieldOf(id) >= 0)) continue; /* fields are compared */
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
+    PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
+  }
+  d.allowed = PETSC_FALSE;
   PetscCall(CompareStrings(&d, fault));
-  PetscCall(CompareSwitches(&d, fault));
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) {
+    const SlipFaultSwitch *p = &SlipFaultSwitches[i];
+    const PetscBool *at = (const PetscBool *)((const char *)fault + p->offset);
+
+    if (p->part != SLIP_PART_PROBLEM) continue;
+    if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law determined it */
+    PetscCall(CompareText(&d, p->name, *at ? "yes" : "no"));
+  }
   PetscCall(CompareText(&d, "ts_type", ((PetscObject)ts)->type_name));
-  PetscCall(fault->mesh.kind->digest(&fault->mesh, digest, sizeof(digest)));
+  PetscCall(fault->mesh.kind->digest(&fault->mesh, digest, 64));
   PetscCall(CompareText(&d, "mesh", digest));
-  PetscCall(CompareStiffness(&d, fault));
+  /* The entries of -fault_stiffness_file as they were read, whatever the file's name, as scaling rounds them. Mesh,
+     kernel and elastic moduli determine a computed stiffness. */
+  (void)snprintf(digest, sizeof(digest), "no entries of a file");
+  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
+    (void)snprintf(digest, sizeof(digest), "of %lld x %lld entries of a file, %016" PRIx64, (long long)fault->mesh.N,
+                   (long long)fault->mesh.N, fault->operators.read);
+  PetscCall(CompareText(&d, "stiffness", digest));
   PetscCall(CompareType(&d, "operator", K));
   PetscCall(CompareType(&d, "viscosity", H));
   cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* the number of cells is the same */
@@ -368,8 +332,8 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCall(CompareOptions(&d, ts));
   PetscCall(CompareTolerances(&d, fault));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (d.news[0] && !rank)
+  if (d.announced[0] && !rank)
     PetscCall(SlipWarning("the run goes on with other steps or solvers than it began with: %s (-%sfault_restart %s)",
-                          d.news, SlipFaultPrefix(fault), fault->options.text[FAULT_RESTART]));
+                          d.announced, SlipFaultPrefix(fault), fault->options.text[FAULT_RESTART]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

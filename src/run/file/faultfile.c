@@ -345,14 +345,6 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a parameter is one number for all cells that affects the results, not their output. */
-static PetscBool IsScalar(SlipFault fault, PetscInt id)
-{
-  return SlipFaultFieldOf(id) < 0 && id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id < MESH_REALS)
-           ? PETSC_TRUE
-           : PETSC_FALSE;
-}
-
 /* On rank 0: writes /parameters, and creates the series of the fields, and the axes or cells. */
 static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
@@ -369,7 +361,8 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
     PetscReal value;
 
-    if (!IsScalar(fault, id)) continue;
+    /* one number for all cells that affects the results, not their output */
+    if (SlipFaultFieldOf(id) >= 0 || id >= FAULT_OUTPUT_INTERVAL || (ndim == 1 && id < MESH_REALS)) continue;
     PetscCall(SlipFaultGetReal(fault, SlipFaultReals[id].name, &value));
     PetscCall(SlipH5WriteAttrReal(h, "/parameters", SlipFaultReals[id].name, value));
   }

@@ -153,55 +153,51 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
   (void)snprintf(text + n, len - n, "%s", ending);
 }
 
-/* Prints a field of two components in entry k: a number along strike and one up dip. */
-static void PutComponents(const Xdmf *x, FILE *f, const char h5[], PetscInt k, PetscInt field)
+/* Prints a field in entry k, or one of its two components, along strike and up dip; component -1: one number in
+   each cell. h5: the output's name in XML */
+static void PutField(const Xdmf *x, FILE *f, const char h5[], PetscInt k, PetscInt field, int component)
 {
-  static const char *const along[2] = {"along_strike", "up_dip"};
   const SlipFault fault = x->fault;
   const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
   const PetscBool list = fault->mesh.ndim == 1 ? PETSC_TRUE : PETSC_FALSE;
+  const char *name = SlipFaultOutputField(fault, field), *of = "", *at = "", *one = "", *two = "";
   char cells[64];
 
   if (list)
     (void)snprintf(cells, sizeof(cells), "%lld", (long long)fault->mesh.N);
   else
     (void)snprintf(cells, sizeof(cells), "%lld %lld", (long long)fault->mesh.dims[0], (long long)fault->mesh.dims[1]);
-  for (int c = 0; c < 2; c++)
-    fprintf(f,
-            "    <Attribute Name=\"%s_%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
-            "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"1 %s 1\">\n"
-            "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%lld %s %d 1 1 %s 1 %s 1</DataItem>\n"
-            "      <DataItem Dimensions=\"%lld %s 2\" NumberType=\"Float\" Precision=\"%d\" "
-            "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
-            "     </DataItem>\n    </Attribute>\n",
-            SlipFaultOutputField(fault, field), along[c], cells, list ? 3 : 4, (long long)k, list ? "0" : "0 0", c,
-            list ? "1" : "1 1", cells, (long long)x->n, cells, bytes, h5, SlipFaultOutputField(fault, field));
+  if (component >= 0) {
+    of = component ? "_up_dip" : "_along_strike";
+    at = component ? " 1" : " 0";
+    one = " 1";
+    two = " 2";
+  }
+  fprintf(f,
+          "    <Attribute Name=\"%s%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
+          "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"1 %s%s\">\n"
+          "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%lld %s%s 1 %s%s 1 %s%s</DataItem>\n"
+          "      <DataItem Dimensions=\"%lld %s%s\" NumberType=\"Float\" Precision=\"%d\" "
+          "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
+          "     </DataItem>\n    </Attribute>\n",
+          name, of, cells, one, (list ? 2 : 3) + (component >= 0), (long long)k, list ? "0" : "0 0", at,
+          list ? "1" : "1 1", one, cells, one, (long long)x->n, cells, two, bytes, h5, name);
 }
 
 /* Prints one entry; h5: the output's name in XML */
 static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
 {
   const SlipFault fault = x->fault;
-  const PetscInt N = fault->mesh.N, nz = fault->mesh.dims[0], nx = fault->mesh.dims[1], ndim = fault->mesh.ndim;
+  const long long N = (long long)fault->mesh.N;
   const int sides = (int)fault->mesh.kind->sides;
-  const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
-  char slab[96], part[64], all[96];
 
-  if (ndim == 1) {
-    (void)snprintf(slab, sizeof(slab), "%lld 0 1 1 1 %lld", (long long)k, (long long)N);
-    (void)snprintf(part, sizeof(part), "1 %lld", (long long)N);
-  } else {
-    (void)snprintf(slab, sizeof(slab), "%lld 0 0 1 1 1 1 %lld %lld", (long long)k, (long long)nz, (long long)nx);
-    (void)snprintf(part, sizeof(part), "1 %lld %lld", (long long)nz, (long long)nx);
-  }
-  (void)snprintf(all, sizeof(all), "%lld%s", (long long)x->n, part + 1);
   fprintf(f, "   <Grid Name=\"fault\" GridType=\"Uniform\">\n    <Time Value=\"%.17g\"/>\n", (double)x->time[k]);
   fprintf(f,
           "    <Topology TopologyType=\"%s\" NumberOfElements=\"%lld\">\n"
           "     <DataItem Dimensions=\"%lld %d\" NumberType=\"Int\" Precision=\"8\" "
           "Format=\"HDF\">%s:/xdmf/cells</DataItem>\n"
           "    </Topology>\n",
-          sides == 3 ? "Triangle" : "Quadrilateral", (long long)N, (long long)N, sides, h5);
+          sides == 3 ? "Triangle" : "Quadrilateral", N, N, sides, h5);
   fprintf(f,
           "    <Geometry GeometryType=\"XYZ\">\n"
           "     <DataItem Dimensions=\"%lld 3\" NumberType=\"Float\" Precision=\"8\" "
@@ -209,19 +205,9 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
           "    </Geometry>\n",
           (long long)fault->mesh.npoints, h5);
   for (PetscInt i = 0; i < SlipFaultOutputCount(fault); i++) {
-    if (!x->field[i]) continue;
-    if (SlipFaultOutputComponents(fault, i) == 2)
-      PutComponents(x, f, h5, k, i);
-    else
-      fprintf(f,
-              "    <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
-              "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"%s\">\n"
-              "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%s</DataItem>\n"
-              "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
-              "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
-              "     </DataItem>\n    </Attribute>\n",
-              SlipFaultOutputField(fault, i), part, 1 + (int)ndim, slab, all, bytes, h5,
-              SlipFaultOutputField(fault, i));
+    const PetscBool vector = SlipFaultOutputComponents(fault, i) == 2 ? PETSC_TRUE : PETSC_FALSE;
+
+    for (int c = 0; c < (vector ? 2 : 1) && x->field[i]; c++) PutField(x, f, h5, k, i, vector ? c : -1);
   }
   fprintf(f, "   </Grid>\n");
 }

@@ -20,12 +20,6 @@ PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the name of a column. Tables move in memory as others are added: no pointer may refer into its own table */
-static const char *ColumnName(const SlipTable *t, PetscInt c)
-{
-  return c < t->ncolumns ? t->column[c].name : t->rest[c - t->ncolumns];
-}
-
 static PetscInt Columns(const SlipTable *t)
 {
   return t->ncolumns + (t->rests ? t->ntimes : 0);
@@ -95,7 +89,10 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 
   PetscFunctionBegin;
   for (PetscInt c = 0; c < Columns(t); c++) {
-    PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "%s/%s", t->group, ColumnName(t, c)));
+    /* tables move in memory as others are added: no pointer may refer into its own table */
+    const char *name = c < t->ncolumns ? t->column[c].name : t->rest[c - t->ncolumns];
+
+    PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "%s/%s", t->group, name));
     series[c] = (SlipH5Rows){path[c], t->value + (size_t)t->first[c] * (size_t)t->room, 1};
   }
   PetscCall(SlipH5AppendAll(h, Columns(t), series, t->nrows));

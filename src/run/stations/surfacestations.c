@@ -33,24 +33,12 @@ typedef struct {
   SlipFault fault;
 } Surface;
 
-static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
-{
-  const PetscReal *along = c->direction[0], *down = c->direction[1], degrees = 180 / PETSC_PI;
-
-  return (SlipDippingRectangle){c->centre[0],
-                                c->centre[1],
-                                c->centre[2],
-                                c->size[0],
-                                c->size[1],
-                                degrees * PetscAtan2Real(along[1], along[0]),
-                                PetscMin(90, degrees * PetscAtan2Real(down[2], hypot(down[0], down[1])))};
-}
-
 /* Computes the displacements for 1 m of slip of a cell along its rake, or along strike and up dip, and of opening.
    Strike slip on planes along x has a simpler formula. */
 static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 {
-  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rakes = fault->fields.cell[FIELD_RAKE];
+  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rakes = fault->fields.cell[FIELD_RAKE],
+                  degrees = 180 / PETSC_PI;
   const PetscInt components = fault->layout.components;
   PetscReal *point;
 
@@ -78,7 +66,14 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
                               s->point, u);
       continue;
     }
-    rectangle = RectangleOf(&c);
+    rectangle = (SlipDippingRectangle){
+      c.centre[0],
+      c.centre[1],
+      c.centre[2],
+      c.size[0],
+      c.size[1],
+      degrees * PetscAtan2Real(c.direction[0][1], c.direction[0][0]),
+      PetscMin(90, degrees * PetscAtan2Real(c.direction[1][2], hypot(c.direction[1][0], c.direction[1][1])))};
     PetscCall(SlipDippingDisplacement(nu, PETSC_FALSE, &rectangle, slip, s->n, point, u));
   }
   PetscCall(PetscFree(point));

@@ -55,39 +55,9 @@ static PetscBool NoHierarchy(SlipFault fault)
   return is[0] || is[1] ? PETSC_FALSE : PETSC_TRUE;
 }
 
-static PetscBool NoInjection(SlipFault fault)
-{
-  return fault->options.text[FAULT_INJECTION][0] ? PETSC_FALSE : PETSC_TRUE;
-}
-
-static PetscBool NoOutput(SlipFault fault)
-{
-  return fault->options.text[FAULT_OUTPUT][0] ? PETSC_FALSE : PETSC_TRUE;
-}
-
-static PetscBool NoSurface(SlipFault fault)
-{
-  return fault->options.text[FAULT_SURFACE_STATIONS][0] ? PETSC_FALSE : PETSC_TRUE;
-}
-
-static PetscBool NoCatalogue(SlipFault fault)
-{
-  return fault->options.text[FAULT_CATALOGUE][0] ? PETSC_FALSE : PETSC_TRUE;
-}
-
 static PetscBool NoFiles(SlipFault fault)
 {
-  return NoOutput(fault) && NoCatalogue(fault) ? PETSC_TRUE : PETSC_FALSE;
-}
-
-static PetscBool NoCheckpoint(SlipFault fault)
-{
-  return fault->options.text[FAULT_CHECKPOINT][0] ? PETSC_FALSE : PETSC_TRUE;
-}
-
-static PetscBool NoRestart(SlipFault fault)
-{
-  return fault->options.text[FAULT_RESTART][0] ? PETSC_FALSE : PETSC_TRUE;
+  return fault->options.text[FAULT_OUTPUT][0] || fault->options.text[FAULT_CATALOGUE][0] ? PETSC_FALSE : PETSC_TRUE;
 }
 
 static PetscBool KFromFile(SlipFault fault)
@@ -108,15 +78,23 @@ static const struct {
   {"krylov_tolerance", NoLanczos, "it is for -fault_viscosity lanczos"},
   {"hmat_tolerance", NoHierarchy, "there is no hierarchical matrix (-fault_operator hmat)"},
   {"kernel stiffness_average", KFromFile, "-fault_stiffness_file has the stiffness"},
-  {"injection_pressure injection_diffusivity injection_stop", NoInjection, "there is no -fault_injection"},
+  {"output_overwrite", NoFiles, "there is neither -fault_output nor -fault_catalogue"},
+};
+
+/* Options that go with a text that is not given */
+static const struct {
+  const char *names;
+  PetscInt text;
+  const char *why;
+} Missing[] = {
+  {"injection_pressure injection_diffusivity injection_stop", FAULT_INJECTION, "there is no -fault_injection"},
   {"output_fields output_interval output_slip_interval output_time_interval output_rate_change output_size "
    "output_compression output_precision output_xdmf stations surface_stations",
-   NoOutput, "there is no -fault_output"},
-  {"surface_motion", NoSurface, "there are no -fault_surface_stations"},
-  {"catalogue_maps event_rate", NoCatalogue, "there is no -fault_catalogue"},
-  {"output_overwrite", NoFiles, "there is neither -fault_output nor -fault_catalogue"},
-  {"checkpoint_interval", NoCheckpoint, "there is no -fault_checkpoint"},
-  {"restart_dt", NoRestart, "there is no -fault_restart"},
+   FAULT_OUTPUT, "there is no -fault_output"},
+  {"surface_motion", FAULT_SURFACE_STATIONS, "there are no -fault_surface_stations"},
+  {"catalogue_maps event_rate", FAULT_CATALOGUE, "there is no -fault_catalogue"},
+  {"checkpoint_interval", FAULT_CHECKPOINT, "there is no -fault_checkpoint"},
+  {"restart_dt", FAULT_RESTART, "there is no -fault_restart"},
 };
 
 /* ---- warnings ---- */
@@ -128,6 +106,20 @@ static PetscErrorCode Given(SlipFault fault, const char name[], PetscBool *given
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", name));
   PetscCall(PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of those of several options that are given. */
+static PetscErrorCode WarnOf(SlipFault fault, const char names[], const char why[])
+{
+  char name[SLIP_NAME_LENGTH];
+  PetscBool given;
+
+  PetscFunctionBegin;
+  while (SlipNextName("", &names, name)) {
+    PetscCall(Given(fault, name, &given));
+    if (given) PetscCall(SlipWarning("-%sfault_%s has no effect: %s", SlipFaultPrefix(fault), name, why));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -162,16 +154,9 @@ PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault)
       PetscCall(SlipWarning("-%sfault_%s has no effect: %s: /%s has the values of all cells", SlipFaultPrefix(fault),
                             p->name, fault->fields.source[field], p->name));
   }
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Rows); i++) {
-    const char *names = Rows[i].names;
-    char name[SLIP_NAME_LENGTH];
-
-    while ((*Rows[i].idle)(fault) && SlipNextName("", &names, name)) {
-      PetscBool given;
-
-      PetscCall(Given(fault, name, &given));
-      if (given) PetscCall(SlipWarning("-%sfault_%s has no effect: %s", prefix, name, Rows[i].why));
-    }
-  }
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Rows); i++)
+    if ((*Rows[i].idle)(fault)) PetscCall(WarnOf(fault, Rows[i].names, Rows[i].why));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Missing); i++)
+    if (!fault->options.text[Missing[i].text][0]) PetscCall(WarnOf(fault, Missing[i].names, Missing[i].why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -39,29 +39,6 @@ static PetscErrorCode RecordPart(TS ts, PetscReal time, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Repeats the run from its start in parts of steps; w is its end. */
-static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
-{
-  SlipFaultRunError *est = &fault->run->error;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(est->start, w));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptReset(adapt));
-  PetscCall(TSSetTime(ts, est->start_time));
-  PetscCall(TSSetTimeStep(ts, est->start_step));
-  PetscCall(TSSetStepNumber(ts, 0));
-  PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
-  PetscCall(TSBatheSetParts(ts, CHECK_PARTS, RecordPart, fault));
-  est->off = PETSC_TRUE;
-  est->fine.n = 0;
-  PetscCall(TSSolve(ts, w));
-  est->off = PETSC_FALSE;
-  PetscCall(TSBatheSetParts(ts, 1, NULL, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the RMS over the area of the difference of two slips at t, over that of the second one; for two components
    from their magnitudes. */
 static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec reference, PetscReal *error)
@@ -98,6 +75,8 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   PetscReal order, time, reached, leading;
   PetscInt step;
   Vec w, end;
+  SlipFaultRunError *est = &fault->run->error;
+  TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(SlipOutputClose(run));
@@ -107,7 +86,20 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(VecDuplicate(w, &end));
   PetscCall(VecCopy(w, end));
-  PetscCall(Repeat(fault, ts, w));
+  /* the run again, from its start in parts of steps; w is its end */
+  PetscCall(VecCopy(est->start, w));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptReset(adapt));
+  PetscCall(TSSetTime(ts, est->start_time));
+  PetscCall(TSSetTimeStep(ts, est->start_step));
+  PetscCall(TSSetStepNumber(ts, 0));
+  PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
+  PetscCall(TSBatheSetParts(ts, CHECK_PARTS, RecordPart, fault));
+  est->off = PETSC_TRUE;
+  est->fine.n = 0;
+  PetscCall(TSSolve(ts, w));
+  est->off = PETSC_FALSE;
+  PetscCall(TSBatheSetParts(ts, 1, NULL, NULL));
   PetscCall(TSBatheGetTotals(ts, NULL, NULL, solves, NULL, NULL));
   PetscCall(TSBatheGetOrder(ts, &order));
   PetscCall(TSGetTime(ts, &reached));

@@ -332,11 +332,11 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   SlipFaultEstimate judged;
   PetscInt steps;
   const char *why = NULL;
-  char ask[64], unsure[96], text[160], name[64];
+  char advice[64], unsure[96], text[160], name[64];
 
   PetscFunctionBegin;
   PetscCall(Judged(ts, &judged));
-  PetscCall(PetscSNPrintf(ask, sizeof(ask), "-%sfault_check_error measures it", SlipFaultPrefix(fault)));
+  PetscCall(PetscSNPrintf(advice, sizeof(advice), "-%sfault_check_error measures it", SlipFaultPrefix(fault)));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(WhyUnknown(fault, ts, steps, &why));
   if (why) {
@@ -346,12 +346,12 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
                               fault->kind.sequence ? "likely met in each event" : "likely met", "perhaps not met"));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
-    PetscCall(PetscSNPrintf(text, sizeof(text), "not estimated (%s); %s", why, ask));
+    PetscCall(PetscSNPrintf(text, sizeof(text), "not estimated (%s); %s", why, advice));
     if (wanted > 0) PetscCall(SlipOutputAddResult(run, "slip_error_estimate_met", NULL, NULL, -1));
     PetscCall(Report(run, judged, "estimate", "estimated", NAN, text));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscSNPrintf(unsure, sizeof(unsure), "perhaps not met, %s", ask));
+  PetscCall(PetscSNPrintf(unsure, sizeof(unsure), "perhaps not met, %s", advice));
   Measures(est, mean_slip, measure);
   PetscCall(SlipOutputAddResult(run, "slip_error_signed", NULL, NULL, est->slip[0] / mean_slip));
   for (PetscInt k = 0; k < NUM_ESTIMATES; k++) {

@@ -1,7 +1,31 @@
-/* Largest numbers over the processes. MPI defines no order for NaN: MPI_MAX may drop it, or give processes different
-   results, which would then take different branches. */
+/* Arrays of several vectors at once, and largest numbers over the processes */
 #include <slipstep/private/slipsys.h>
 
+static PetscErrorCode SlipArraysEach(PetscInt n, const SlipArrays list[],
+                                     PetscErrorCode (*reading)(Vec, const PetscScalar **),
+                                     PetscErrorCode (*writing)(Vec, PetscScalar **))
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    if (!list[i].vec) continue;
+    if (list[i].read) PetscCall((*reading)(list[i].vec, list[i].read));
+    if (list[i].write) PetscCall((*writing)(list[i].vec, list[i].write));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipArraysGet(PetscInt n, const SlipArrays list[])
+{
+  return SlipArraysEach(n, list, VecGetArrayRead, VecGetArray);
+}
+
+PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[])
+{
+  return SlipArraysEach(n, list, VecRestoreArrayRead, VecRestoreArray);
+}
+
+/* MPI defines no order for NaN: MPI_MAX may drop it, or give processes different results, which would then take
+   different branches. */
 enum { MOST = 16 };
 
 /*
