@@ -51,7 +51,7 @@ PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, PetscBoo
   }
   if (*ok) {
     run++;
-    PetscCall(SlipProblemAdvance(ts, t + 0.5 * h, ba->parts.Wmid));
+    SlipProblemTry(ts, history.advance, t + 0.5 * h, ba->parts.Wmid);
     PetscCall(TSBatheSubstep(ts, t + 0.5 * h, 0.5 * h, ba->parts.Wmid, ba->parts.rmid, ba->Y[0], ba->Y[1], ba->r,
                              residual, ok));
   }
@@ -79,7 +79,7 @@ PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscReal *res
     const PetscBool odd = k % 2 ? PETSC_TRUE : PETSC_FALSE;
     Vec from = k ? (odd ? ba->parts.Wmid : ba->Y[1]) : ba->X0, rfrom = k ? (odd ? ba->parts.rmid : ba->r) : ba->r0;
 
-    if (k) PetscCall(SlipProblemAdvance(ts, ts->ptime + (PetscReal)k * part, from));
+    if (k) SlipProblemTry(ts, history.advance, ts->ptime + (PetscReal)k * part, from);
     PetscCall(TSBatheSubstep(ts, ts->ptime + (PetscReal)k * part, part, from, rfrom, ba->Y[0],
                              odd ? ba->Y[1] : ba->parts.Wmid, odd ? ba->r : ba->parts.rmid, residual, ok));
     if (*ok && ba->parts.fn)

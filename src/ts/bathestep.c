@@ -103,8 +103,6 @@ PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal *);
   PetscReal h = ts->time_step;
 
@@ -115,14 +113,13 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->stages.error_share = 0;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
   (void)SlipProductsRow(&ba->totals.cost);
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->steps.begin) PetscCall((*problem->steps.begin)(ts, PETSC_FALSE, ctx));
+  SlipProblemTry(ts, steps.begin, PETSC_FALSE);
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
   if (f) {
     PetscCall((*f)(ts->adapt, ts, &h));
     PetscCall(TSBatheSetStep(ts, h));
   }
-  if (problem && problem->steps.begin) PetscCall((*problem->steps.begin)(ts, PETSC_TRUE, ctx));
+  SlipProblemTry(ts, steps.begin, PETSC_TRUE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,7 +138,7 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
   fresh = begin || ts->steprestart ? PETSC_TRUE : PETSC_FALSE;
   if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are unchanged */
-  PetscCall(SlipProblemAccept(ts));
+  SlipProblemTry(ts, history.accept, ts->ptime, ts->vec_sol, begin);
   if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   ba->moreau.started = PETSC_FALSE;
@@ -195,7 +192,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
 }
 
 /* Takes a step without a solve, to the time until which the problem computes that all of it rests. */
-static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ctx, PetscBool *rested)
+static PetscErrorCode TSBatheRest(TS ts, PetscBool *rested)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscReal t = ts->ptime;
@@ -204,8 +201,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
 
   PetscFunctionBegin;
   *rested = PETSC_FALSE;
-  if (!ba->con || !problem || !problem->steps.rest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->steps.rest)(ts, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h, ctx));
+  if (ba->con) SlipProblemTry(ts, steps.rest, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h);
   if (!(end > t)) PetscFunctionReturn(PETSC_SUCCESS);
   *rested = PETSC_TRUE;
   ba->share = 0.5;
@@ -228,16 +224,14 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
 
 /* Makes steps end where a cell stops, which the problem computes. *again: the attempt must be repeated with such a
    step. *whole: the step before it was cut for that [s] */
-static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void *ctx, PetscInt *tries,
-                                      PetscReal *whole, PetscBool *again)
+static PetscErrorCode TSBatheMeetStop(TS ts, PetscInt *tries, PetscReal *whole, PetscBool *again)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal stop = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
   *again = PETSC_FALSE;
-  if (problem && problem->steps.stop && ba->k0_known)
-    PetscCall((*problem->steps.stop)(ts, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop, ctx));
+  if (ba->k0_known) SlipProblemTry(ts, steps.stop, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop);
   ba->stops = stop < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
   stop *= 1 + beyond_stop;
   if (!ba->stops || ts->time_step <= stop * (1 + near_stop) || stop < ts->adapt->dt_min || ++*tries > max_stop_tries)
@@ -254,17 +248,14 @@ static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void
 PetscErrorCode TSStep_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
   PetscInt rejections = 0, tries = 0;
   PetscBool ok, accept, again, constant, rejected = PETSC_FALSE;
   PetscReal whole, corner, cut = 0;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(TSBatheBeginStep(ts));
   ba->status = TS_STEP_INCOMPLETE;
-  PetscCall(TSBatheRest(ts, problem, ctx, &accept));
+  PetscCall(TSBatheRest(ts, &accept));
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
   /* The controller's history of steps before a rest does not apply to steps after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
@@ -277,7 +268,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
     PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = again = PETSC_FALSE;
-    if (ok) PetscCall(TSBatheMeetStop(ts, problem, ctx, &tries, &whole, &again));
+    if (ok) PetscCall(TSBatheMeetStop(ts, &tries, &whole, &again));
     if (again) continue;
     if (ok)
       PetscCall(TSBatheJudge(ts, whole, &accept));

@@ -4,19 +4,6 @@
 #include <slipstep/private/slipts.h>
 #include <slipstep/rooms/slipsys.h>
 
-/* Finds the first corner after t. */
-static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *corner)
-{
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  *corner = PETSC_MAX_REAL;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->steps.corner) PetscCall((*problem->steps.corner)(ts, t, corner, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
 {
   PetscBool constant;
@@ -25,7 +12,8 @@ PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   if (!ts->steps && !constant) ts->time_step = PetscMin(ts->time_step, ts->adapt->dt_max);
   *whole = ts->time_step;
-  PetscCall(Corner(ts, ts->ptime, corner));
+  *corner = PETSC_MAX_REAL;
+  SlipProblemTry(ts, steps.corner, ts->ptime, corner);
   if (ts->time_step >= *corner - ts->ptime)
     ts->time_step = *corner - ts->ptime;
   else
@@ -40,23 +28,19 @@ PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
 
 PetscErrorCode SlipMeetRelaxation(TS ts)
 {
-  const SlipProblemOps *problem;
-  PetscReal rate;
+  PetscReal rate = 0;
   PetscBool constant;
-  void *ctx;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
-  if (constant || ts->usessnes || !problem || !problem->steps.relaxation) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &rate, ctx));
+  if (!constant && !ts->usessnes) SlipProblemTry(ts, steps.relaxation, ts->vec_sol, &rate);
   if (rate > 0) ts->time_step = PetscMin(ts->time_step, PetscMax(RELAXATIONS / rate, ts->adapt->dt_min));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned)
 {
-  PetscReal next, after, h;
+  PetscReal next = PETSC_MAX_REAL, after = PETSC_MAX_REAL, h;
   PetscBool constant;
   PetscMPIInt rank;
   TSAdapt adapt;
@@ -70,9 +54,9 @@ PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned)
   }
   if (*warned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(Corner(ts, ts->ptime, &next));
+  SlipProblemTry(ts, steps.corner, ts->ptime, &next);
   if (ts->ptime + h <= next || SlipControlAtEnd(ts->ptime + h, next)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Corner(ts, next, &after));
+  SlipProblemTry(ts, steps.corner, next, &after);
   if (ours && after - next >= h) PetscFunctionReturn(PETSC_SUCCESS);
   *warned = PETSC_TRUE;
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));

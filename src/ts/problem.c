@@ -62,31 +62,7 @@ PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the history of a problem with memory ---- */
-
-PetscErrorCode SlipProblemAccept(TS ts)
-{
-  const PetscBool first = ts->steps == 0 && !ts->steprollback ? PETSC_TRUE : PETSC_FALSE;
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->history.accept) PetscCall((*problem->history.accept)(ts, ts->ptime, ts->vec_sol, first, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w)
-{
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->history.advance) PetscCall((*problem->history.advance)(ts, t, w, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* Restores the history at the start of the step, of a problem with memory. */
 PetscErrorCode SlipProblemRollBack(TS ts)
 {
   const SlipProblemOps *problem;
