@@ -8,7 +8,7 @@
 typedef struct TS_Bathe TS_Bathe;
 
 /* A method of attempts: a row of functions in a file of its own, which bathemethod.c chooses for each attempt. An attempt
-   leads from X0, r0 and K0 to Y[1], r and K2. Any function but substep and error may be NULL. */
+   leads from X0, r0 and K0 to Y[1], r and K2. Any function but begin, substep and error may be NULL. */
 typedef struct {
   TSBatheMethod method; /* its name in records */
   PetscBool hermite;    /* K0 and K2 interpolate within its steps; otherwise K2 and the inner state do */
@@ -49,7 +49,7 @@ typedef struct {
   Vec r1; /* reaction after stage 1 */
   Vec Fs; /* explicit part of stage 1, full */
 } TSBatheStages;
-PETSC_EXTERN const TSBatheMethodOps TSBatheImplicit;
+PETSC_INTERN const TSBatheMethodOps TSBatheImplicit;
 PETSC_INTERN PetscErrorCode TSBatheStartReaction(TS, PetscBool unchanged); /* r0 */
 PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
 PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
@@ -76,7 +76,7 @@ typedef struct {
   Vec rows;               /* full: 2 in rows without r */
   PetscBool bound_told;
 } TSMoreau;
-PETSC_EXTERN const TSBatheMethodOps TSBatheMoreau;
+PETSC_INTERN const TSBatheMethodOps TSBatheMoreau;
 PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
 PETSC_INTERN PetscErrorCode TSMoreauState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
@@ -88,7 +88,7 @@ typedef struct {
   PetscReal rate;               /* fastest relaxation rate of the solution [1/s] */
   PetscReal implicit;           /* cost of an implicit solve over that of a stage; 0: unknown */
 } TSStabilised;
-PETSC_EXTERN const TSBatheMethodOps TSBatheStabilised;
+PETSC_INTERN const TSBatheMethodOps TSBatheStabilised;
 PETSC_INTERN PetscErrorCode TSStabilisedReset(TS);
 PETSC_INTERN PetscErrorCode TSStabilisedState(SlipState, TS);
 

@@ -120,7 +120,7 @@ PETSC_INTERN void SlipAdamsCount(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
 
-/* ---- meetcorner.c: any integrator and controller ---- */
+/* ---- guard.c: any integrator and controller ---- */
 /* Makes ts->time_step end at a corner of the loading that it would pass, and limits a first step to the controller's
    longest one. whole: the step before it was shortened for a corner; corner: the end of the step then, PETSC_MAX_REAL
    if there is no corner [s]. Collective, before each attempt */
@@ -130,8 +130,6 @@ PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *c
 PETSC_EXTERN PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned);
 /* From TSPreStep: limits ts->time_step, of an explicit type of PETSc's, so that no slip rate oscillates. */
 PETSC_EXTERN PetscErrorCode SlipMeetRelaxation(TS ts);
-
-/* ---- guard.c ---- */
 /* Gets the constant step after one that was shortened to end at a corner of the loading, at end [s]; whole: its
    length */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
