@@ -1,6 +1,19 @@
 /* TSBATHE's steps in parts: two halves for the error of step doubling, and parts for the errors of whole runs. */
 #include <slipstep/private/slipbathe.h>
 
+PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                              PetscReal *residual, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal own = 0;
+
+  PetscFunctionBegin;
+  ba->last.solves++;
+  PetscCall((*ba->was->substep)(ts, t, h, w0, r0, w1, w2, r2, &own, ok));
+  *residual += *ok ? own : 2;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns whether the attempt doubles the step. It does not if the controller uses no error and the user has not chosen
    doubling. */
 PetscErrorCode TSBatheWantsDoubling(TS ts, PetscBool *flg)

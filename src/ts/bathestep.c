@@ -7,19 +7,6 @@
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
 enum { max_stop_tries = 4 };
 
-PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
-                              PetscReal *residual, PetscBool *ok)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal own = 0;
-
-  PetscFunctionBegin;
-  ba->last.solves++;
-  PetscCall((*ba->was->substep)(ts, t, h, w0, r0, w1, w2, r2, &own, ok));
-  *residual += *ok ? own : 2;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the attempt and fills its record, except whether it is accepted. */
 static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
 {
@@ -68,17 +55,6 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSBatheRestore(TS ts)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(ba->X0, ts->vec_sol));
-  if (ba->con) PetscCall(VecCopy(ba->r0, ba->r));
-  PetscCall(SlipProblemRollBack(ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode TSRollBack_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -87,15 +63,6 @@ PetscErrorCode TSRollBack_Bathe(TS ts)
   PetscCall(TSBatheRestore(ts));
   PetscCall(PetscObjectGetId((PetscObject)ts->vec_sol, &ba->sol_id));
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &ba->sol_state));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the next step within the controller's bounds, and not beyond the end of a run that must end exactly there. */
-PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
-{
-  PetscFunctionBegin;
-  h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
-  PetscCall(TSSetTimeStep(ts, SlipStepAfterCorner(ts, ts->ptime, h)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

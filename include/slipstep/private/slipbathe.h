@@ -7,8 +7,8 @@
 
 typedef struct TS_Bathe TS_Bathe;
 
-/* A method of attempts: a row of functions in a file of its own, which bathemethod.c chooses for each attempt. An attempt
-   leads from X0, r0 and K0 to Y[1], r and K2. Any function but begin, substep and error may be NULL. */
+/* A method of attempts: a row of functions in a file of its own, which bathemethod.c chooses for each attempt. An
+   attempt leads from X0, r0 and K0 to Y[1], r and K2. Any function but begin, substep and error may be NULL. */
 typedef struct {
   TSBatheMethod method; /* its name in records */
   PetscBool hermite;    /* K0 and K2 interpolate within its steps; otherwise K2 and the inner state do */
@@ -123,6 +123,9 @@ typedef struct {
   Vec Wfull, Wmid; /* end of the whole step, and of every other part */
   Vec rmid;        /* reaction at that */
 } TSBatheParts;
+/* The substep of the attempt's method; it is counted, and its residual, or 2 if it fails, is added */
+PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                                           PetscReal *residual, PetscBool *ok);
 PETSC_INTERN PetscErrorCode TSBatheWantsDoubling(TS, PetscBool *flg);
 PETSC_INTERN PetscErrorCode TSBatheDoubling(TS, PetscReal h, PetscReal *residual, PetscBool *ok);
 PETSC_INTERN PetscErrorCode TSBatheInParts(TS, PetscReal h, PetscInt parts, PetscReal *residual, PetscBool *ok);
@@ -138,6 +141,8 @@ typedef struct {
   PetscReal barrier; /* end of an attempt that would have passed an instability [s] */
   PetscInt towards;  /* steps in a row that were shortened because of it */
 } TSBatheFailures;
+PETSC_INTERN PetscErrorCode TSBatheRestore(TS); /* the state and the reaction at the step's start */
+PETSC_INTERN PetscErrorCode TSBatheSetStep(TS, PetscReal h);
 PETSC_INTERN void TSBatheFailuresBegin(TSBatheFailures *);
 PETSC_INTERN PetscErrorCode TSBatheFailed(TS, PetscReal whole);
 PETSC_INTERN void TSBatheApproach(TS, PetscReal *h);
@@ -193,11 +198,6 @@ struct TS_Bathe {
 };
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
-/* The substep of the attempt's method; it is counted, and its residual, or 2 if it fails, is added */
-PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
-                                           PetscReal *residual, PetscBool *ok);
-PETSC_INTERN PetscErrorCode TSBatheRestore(TS); /* the state and the reaction at the step's start */
-PETSC_INTERN PetscErrorCode TSBatheSetStep(TS, PetscReal h);
 
 PETSC_INTERN PetscErrorCode TSBatheGetData(TS, PetscBool required, TS_Bathe **);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);

@@ -264,8 +264,8 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
   if (!sticks)
     PetscCall(SlipFaultCycleSteps(fault, ts, &rtol));
   else {
-    /* A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross at the least loss.
-       No step ends there: with many cells, each step would end at one of them. */
+    /* A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross at the least
+       loss. No step ends there: with many cells, each step would end at one of them. */
     fault->balance.moved = SLIP_FAULT_ATOL;
     fault->balance.fastest = 0;
     fault->balance.known = fault->balance.resting = PETSC_FALSE;
