@@ -101,8 +101,8 @@ PETSC_EXTERN PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages);
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 
-/* What a problem says of itself, in a struct for each of those who ask. Any function and any struct may be absent (NULL,
-   0); ctx is that of TSSetSlipProblem(). */
+/* What a problem says of itself, in a struct for each of those who ask. Any function and any struct may be absent, NULL
+   or 0; ctx is that of TSSetSlipProblem(). */
 
 /* Controllers */
 typedef struct {
@@ -164,8 +164,8 @@ typedef struct {
   PetscErrorCode (*waits)(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx);
 } SlipDriftOps;
 
-/* TSBATHE takes explicit steps besides implicit ones if a problem has all of these, finish() and relaxation(), where the
-   rate 0 means implicit steps. */
+/* TSBATHE takes explicit steps besides implicit ones if a problem has all of these, finish() and relaxation(), where
+   the rate 0 means implicit steps. */
 typedef struct {
   /* f = dw/dt of the state w at t [s], 0 where a component has no derivative */
   PetscErrorCode (*side)(TS ts, PetscReal t, Vec w, Vec f, void *ctx);
@@ -185,7 +185,7 @@ typedef struct {
   PetscErrorCode (*accept)(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx);
   /* The next part of an attempt begins from w, which is not accepted yet. */
   PetscErrorCode (*advance)(TS ts, PetscReal t, Vec w, void *ctx);
-  /* An attempt is given up, or a step that an event interpolates again; the history is that of the start of the step. */
+  /* An attempt is given up, or a step that an event interpolates again; the history is that of the step's start. */
   PetscErrorCode (*rollback)(TS ts, void *ctx);
   /* For problems that allow times to count from a moving origin (TSGetSlipOrigin()). Between two steps the origin
      becomes this one [s], and the problem subtracts `by` from all times that it stores. */
@@ -201,6 +201,7 @@ typedef struct {
   PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx);
 } SlipObserveOps;
 
+/* All of these, for TSSetSlipProblem() */
 typedef struct {
   SlipControlOps control;
   SlipStepOps steps;

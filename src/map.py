@@ -55,9 +55,9 @@ ORDER = [
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes, and slipfault<part>.h.
-HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys",
-           "slipwork.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package",
-           "rooms.h": "package",
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipbathe.h": "ts",
+           "slipstate.h": "sys", "slipwork.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells",
+           "slipstep.h": "package", "rooms.h": "package",
            "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh",
            "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic",
            "slipdeviceopencl.h": "device",

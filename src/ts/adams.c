@@ -34,10 +34,7 @@ static PetscErrorCode TSReset_Adams(TS ts)
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < ADAMS_SLOTS; i++) PetscCall(VecDestroy(&ad->rate[i]));
-  PetscCall(VecDestroy(&ad->at.start));
-  PetscCall(VecDestroy(&ad->star));
-  PetscCall(VecDestroy(&ad->y));
-  for (PetscInt i = 0; i < 2; i++) PetscCall(VecDestroy(&ad->room[i]));
+  PetscCall(SlipAttemptsReset(ts));
   PetscCall(PetscFree(ad->inverse.inverse));
   ad->inverse.id[0] = 0;
   ad->n = 0;
@@ -48,15 +45,11 @@ static PetscErrorCode TSReset_Adams(TS ts)
 static PetscErrorCode TSSetUp_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  Vec *vecs[] = {&ad->at.start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]};
 
   PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
-    if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
   for (PetscInt i = 0; i < ad->max_order + 3; i++)
     if (!ad->rate[i]) PetscCall(VecDuplicate(ts->vec_sol, &ad->rate[i]));
-  PetscCall(TSGetAdapt(ts, &ts->adapt));
-  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscCall(SlipAttemptsSetUp(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -479,7 +472,8 @@ PetscErrorCode TSCreate_Adams(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ad));
   ts->data = ad;
-  ad->at.ops = &ops;
+  ad->at =
+    (SlipAttempts){.ops = &ops, .nown = 5, .own = {&ad->at.start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]}};
   ad->max_order = 5;
   ad->most = SLIP_ADAMS_CORRECTIONS;
   ad->corrections = 1;

@@ -103,17 +103,14 @@ void SlipAdamsCount(TS ts)
 PetscErrorCode SlipAdamsBoundStep(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  const SlipProblemOps *problem;
-  PetscReal rate, hr, longest;
+  PetscReal rate = 0, hr, longest;
   PetscBool left;
   PetscInt cost;
-  void *ctx;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &left, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
   if (left) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &rate, ctx));
+  SlipProblemTry(ts, steps.relaxation, ts->vec_sol, &rate);
   ad->rates[1] = ad->rates[0];
   ad->rates[0] = rate;
   if (!(rate > 0)) PetscFunctionReturn(PETSC_SUCCESS);

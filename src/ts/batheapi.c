@@ -316,17 +316,6 @@ PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the order that step doubling assumes. */
-PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p)
-{
-  TS_Bathe *ba = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *p = ba->estimate.order;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
   TSBatheGetOrder - gets the order of the method as it is used: 2, or 1 if a set-valued reaction is treated implicitly
 

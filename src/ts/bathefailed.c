@@ -21,6 +21,26 @@ void TSBatheFailuresBegin(TSBatheFailures *f)
   f->barrier = no_barrier;
 }
 
+PetscErrorCode TSBatheRestore(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(ba->X0, ts->vec_sol));
+  if (ba->con) PetscCall(VecCopy(ba->r0, ba->r));
+  PetscCall(SlipProblemRollBack(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the next step within the controller's bounds, and not beyond the end of a run that must end exactly there. */
+PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
+{
+  PetscFunctionBegin;
+  h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
+  PetscCall(TSSetTimeStep(ts, SlipStepAfterCorner(ts, ts->ptime, h)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Warns if shorter steps will not make a solve converge, because rounding, differences or an approximate Jacobian limit
    its residual: that is small then, and the first repetition, with a shorter step, has not halved it. */
 static PetscErrorCode TSBatheTellFloor(TS ts)

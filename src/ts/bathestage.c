@@ -271,7 +271,7 @@ PetscErrorCode TSBatheKeepErrorShare(TS ts)
 
   PetscFunctionBegin;
   ba->stages.error_share = 0;
-  if (!ba->con || ba->last.error < 0 || ba->was == &TSBatheStabilised) /* it has no separate error of the rates */
+  if (!ba->con || ba->last.error < 0 || ba->was->norm) /* which has no separate error of the rates */
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*ba->ops->reduce)(ba->con, ba->estimate.E, ba->x, ba->ctx));
   PetscCall(VecNorm(ba->x, NORM_2, &error));

@@ -7,19 +7,6 @@
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
 enum { max_stop_tries = 4 };
 
-PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
-                              PetscReal *residual, PetscBool *ok)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal own = 0;
-
-  PetscFunctionBegin;
-  ba->last.solves++;
-  PetscCall((*ba->was->substep)(ts, t, h, w0, r0, w1, w2, r2, &own, ok));
-  *residual += *ok ? own : 2;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the attempt and fills its record, except whether it is accepted. */
 static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
 {
@@ -68,17 +55,6 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSBatheRestore(TS ts)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(ba->X0, ts->vec_sol));
-  if (ba->con) PetscCall(VecCopy(ba->r0, ba->r));
-  PetscCall(SlipProblemRollBack(ts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode TSRollBack_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -90,21 +66,10 @@ PetscErrorCode TSRollBack_Bathe(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the next step within the controller's bounds, and not beyond the end of a run that must end exactly there. */
-PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
-{
-  PetscFunctionBegin;
-  h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
-  PetscCall(TSSetTimeStep(ts, SlipStepAfterCorner(ts, ts->ptime, h)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Begins a run: sets totals to 0, and the first step if the controller chooses it. */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal *);
   PetscReal h = ts->time_step;
 
@@ -115,14 +80,13 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->stages.error_share = 0;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
   (void)SlipProductsRow(&ba->totals.cost);
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->steps.begin) PetscCall((*problem->steps.begin)(ts, PETSC_FALSE, ctx));
+  SlipProblemTry(ts, steps.begin, PETSC_FALSE);
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
   if (f) {
     PetscCall((*f)(ts->adapt, ts, &h));
     PetscCall(TSBatheSetStep(ts, h));
   }
-  if (problem && problem->steps.begin) PetscCall((*problem->steps.begin)(ts, PETSC_TRUE, ctx));
+  SlipProblemTry(ts, steps.begin, PETSC_TRUE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,7 +105,7 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
   fresh = begin || ts->steprestart ? PETSC_TRUE : PETSC_FALSE;
   if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are unchanged */
-  PetscCall(SlipProblemAccept(ts));
+  SlipProblemTry(ts, history.accept, ts->ptime, ts->vec_sol, begin);
   if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   ba->moreau.started = PETSC_FALSE;
@@ -195,7 +159,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
 }
 
 /* Takes a step without a solve, to the time until which the problem computes that all of it rests. */
-static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ctx, PetscBool *rested)
+static PetscErrorCode TSBatheRest(TS ts, PetscBool *rested)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscReal t = ts->ptime;
@@ -204,8 +168,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
 
   PetscFunctionBegin;
   *rested = PETSC_FALSE;
-  if (!ba->con || !problem || !problem->steps.rest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->steps.rest)(ts, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h, ctx));
+  if (ba->con) SlipProblemTry(ts, steps.rest, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h);
   if (!(end > t)) PetscFunctionReturn(PETSC_SUCCESS);
   *rested = PETSC_TRUE;
   ba->share = 0.5;
@@ -228,16 +191,14 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
 
 /* Makes steps end where a cell stops, which the problem computes. *again: the attempt must be repeated with such a
    step. *whole: the step before it was cut for that [s] */
-static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void *ctx, PetscInt *tries,
-                                      PetscReal *whole, PetscBool *again)
+static PetscErrorCode TSBatheMeetStop(TS ts, PetscInt *tries, PetscReal *whole, PetscBool *again)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal stop = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
   *again = PETSC_FALSE;
-  if (problem && problem->steps.stop && ba->k0_known)
-    PetscCall((*problem->steps.stop)(ts, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop, ctx));
+  if (ba->k0_known) SlipProblemTry(ts, steps.stop, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop);
   ba->stops = stop < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
   stop *= 1 + beyond_stop;
   if (!ba->stops || ts->time_step <= stop * (1 + near_stop) || stop < ts->adapt->dt_min || ++*tries > max_stop_tries)
@@ -254,17 +215,14 @@ static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void
 PetscErrorCode TSStep_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
   PetscInt rejections = 0, tries = 0;
   PetscBool ok, accept, again, constant, rejected = PETSC_FALSE;
   PetscReal whole, corner, cut = 0;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(TSBatheBeginStep(ts));
   ba->status = TS_STEP_INCOMPLETE;
-  PetscCall(TSBatheRest(ts, problem, ctx, &accept));
+  PetscCall(TSBatheRest(ts, &accept));
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
   /* The controller's history of steps before a rest does not apply to steps after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
@@ -277,7 +235,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
     PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = again = PETSC_FALSE;
-    if (ok) PetscCall(TSBatheMeetStop(ts, problem, ctx, &tries, &whole, &again));
+    if (ok) PetscCall(TSBatheMeetStop(ts, &tries, &whole, &again));
     if (again) continue;
     if (ok)
       PetscCall(TSBatheJudge(ts, whole, &accept));

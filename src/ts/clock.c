@@ -65,9 +65,7 @@ PetscErrorCode TSGetSlipOrigin(TS ts, PetscReal *origin)
 /* Moves the origin, and subtracts `by` from all stored times. */
 static PetscErrorCode MoveTo(TS ts, SlipClock *clock, PetscReal origin, PetscReal by)
 {
-  const SlipProblemOps *problem;
   TS_Bathe *ba;
-  void *ctx;
 
   PetscFunctionBegin;
   clock->origin = origin;
@@ -81,8 +79,7 @@ static PetscErrorCode MoveTo(TS ts, SlipClock *clock, PetscReal origin, PetscRea
     ba->choice.refused -= by;
     ba->last.time -= by;
   }
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->history.origin) PetscCall((*problem->history.origin)(ts, origin, by, ctx));
+  SlipProblemTry(ts, history.origin, origin, by);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

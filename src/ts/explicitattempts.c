@@ -38,7 +38,29 @@ PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSDestroy() of these types */
+/* TSSetUp(), TSReset() and TSDestroy() of these types, of vectors that at->own lists */
+PetscErrorCode SlipAttemptsSetUp(TS ts)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < at->nown; i++)
+    if (!*at->own[i]) PetscCall(VecDuplicate(ts->vec_sol, at->own[i]));
+  PetscCall(TSGetAdapt(ts, &ts->adapt));
+  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAttemptsReset(TS ts)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < at->nown; i++) PetscCall(VecDestroy(at->own[i]));
+  at->known = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipAttemptsDestroy(TS ts)
 {
   PetscFunctionBegin;
@@ -85,14 +107,13 @@ static PetscErrorCode Attempt(TS ts, PetscReal *next_h, PetscBool *accepted)
 /* TSStep() of these types */
 PetscErrorCode SlipAttemptsStep(TS ts)
 {
+  const PetscBool first = ts->steps == 0 && !ts->steprollback ? PETSC_TRUE : PETSC_FALSE;
   SlipAttempts *at = (SlipAttempts *)ts->data;
-  const SlipProblemOps *problem;
   PetscReal next_h = ts->time_step;
   PetscBool accepted = PETSC_FALSE, constant;
-  void *ctx;
 
   PetscFunctionBegin;
-  PetscCall(SlipProblemAccept(ts));
+  SlipProblemTry(ts, history.accept, ts->ptime, ts->vec_sol, first);
   PetscCall(VecCopy(ts->vec_sol, at->start));
   if (at->f && (ts->steprestart || !at->known)) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, at->f));
   at->known = PETSC_TRUE;
@@ -107,9 +128,8 @@ PetscErrorCode SlipAttemptsStep(TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   if (constant && at->corner < PETSC_MAX_REAL) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, at->whole);
   PetscCall((*at->ops->accept)(ts));
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->steps.finish) PetscCall((*problem->steps.finish)(ts, ts->ptime, ts->vec_sol, ctx));
-  if (at->ops->bound && problem && problem->steps.relaxation) PetscCall((*at->ops->bound)(ts));
+  SlipProblemTry(ts, steps.finish, ts->ptime, ts->vec_sol);
+  if (at->ops->bound) PetscCall((*at->ops->bound)(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

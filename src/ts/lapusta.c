@@ -26,31 +26,15 @@ typedef struct {
   PetscBool waits;    /* all cells rest, and steps are short because waves may start slip */
 } TS_Lapusta;
 
-static PetscErrorCode TSReset_Lapusta(TS ts)
-{
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  Vec *vecs[] = {&la->at.start, &la->at.f, &la->end, &la->mean, &la->first, &la->work};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
-  la->at.known = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetUp_Lapusta(TS ts)
 {
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  Vec *vecs[] = {&la->at.start, &la->at.f, &la->end, &la->mean, &la->first, &la->work};
   const SlipProblemOps *problem;
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, NULL));
   PetscCheck(problem && problem->drifts.drift, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
              "-ts_type " TSLAPUSTA " is of faults: expected a problem that says how its state follows constant rates");
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
-    if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
-  PetscCall(TSGetAdapt(ts, &ts->adapt));
-  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscCall(SlipAttemptsSetUp(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,17 +43,14 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
   const PetscReal t = ts->ptime;
-  const SlipProblemOps *problem;
   PetscReal h = ts->time_step, change;
-  void *ctx;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(VecCopy(la->at.f, la->mean));
   for (PetscInt k = 0; k <= CORRECTIONS; k++) {
     if (k) PetscCall(VecAXPBYPCZ(la->mean, 0.5, 0.5, 0, la->at.f, la->end));
     if (k == 1) PetscCall(VecCopy(la->mean, la->first));
-    PetscCall((*problem->drifts.drift)(ts, h, la->at.start, la->mean, ts->vec_sol, ctx));
+    SlipProblemTry(ts, drifts.drift, h, la->at.start, la->mean, ts->vec_sol);
     PetscCall(SlipGuardState(ts->vec_sol, good));
     if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
     if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
@@ -105,18 +86,14 @@ static PetscErrorCode TSEvaluateWLTE_Lapusta(TS ts, NormType type, PetscInt *ord
 static PetscErrorCode Begin(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &la->constant));
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   la->shortest = 0;
-  if (problem->drifts.shortest) PetscCall((*problem->drifts.shortest)(ts, &la->shortest, ctx));
+  SlipProblemTry(ts, drifts.shortest, &la->shortest);
   if (la->shortest > 0) la->shortest = PetscMax(la->shortest, ts->adapt->dt_min);
   la->waits = PETSC_FALSE;
-  if (la->shortest > 0 && problem->drifts.waits)
-    PetscCall((*problem->drifts.waits)(ts, ts->ptime, ts->vec_sol, &la->waits, ctx));
+  if (la->shortest > 0) SlipProblemTry(ts, drifts.waits, ts->ptime, ts->vec_sol, &la->waits);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,15 +113,11 @@ static PetscReal OfList(PetscReal h, PetscReal shortest)
 static PetscErrorCode Limit(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
   PetscReal end = PETSC_MAX_REAL, left;
-  void *ctx;
 
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem->steps.corner)
-    PetscCall((*problem->steps.corner)(ts, ts->ptime, &end, ctx)); /* this step may not pass it */
+  SlipProblemTry(ts, steps.corner, ts->ptime, &end); /* this step may not pass it */
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
   if (la->waits) ts->time_step = PetscMin(ts->time_step, WAITING * la->shortest);
   left = end - ts->ptime;
@@ -226,10 +199,11 @@ PetscErrorCode TSCreate_Lapusta(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&la));
   ts->data = (void *)la;
-  la->at.ops = &ops;
+  la->at = (SlipAttempts){
+    .ops = &ops, .nown = 6, .own = {&la->at.start, &la->at.f, &la->end, &la->mean, &la->first, &la->work}};
   ts->default_adapt_type = TSADAPTBASIC;
   ts->usessnes = PETSC_FALSE;
-  ts->ops->reset = TSReset_Lapusta;
+  ts->ops->reset = SlipAttemptsReset;
   ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->setup = TSSetUp_Lapusta;
   ts->ops->step = SlipAttemptsStep;

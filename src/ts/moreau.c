@@ -338,8 +338,6 @@ PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
 static PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
   const SlipExplicitOps *ops;
   PetscReal longest, rest = 0;
   PetscBool constant, undamped = PETSC_FALSE;
@@ -349,9 +347,7 @@ static PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(TSBatheGetLongestStep(ts, &longest));
   if (ts->time_step <= longest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->control.rest_time)
-    PetscCall((*problem->control.rest_time)(ts, ts->ptime, ba->X0, &rest, ctx));
+  SlipProblemTry(ts, control.rest_time, ts->ptime, ba->X0, &rest);
   if (rest >= ts->time_step) {
     ops = ba->ops->explicit_ops;
     if (ops->undamped) PetscCall((*ops->undamped)(ba->con, ts->ptime, ba->X0, &undamped, ba->ctx));

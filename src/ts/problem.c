@@ -1,4 +1,4 @@
-/* The table of operations, composed with a TS, through which controllers use the problem that the TS integrates. */
+/* The table of operations, composed with a TS, through which controllers and integrators use the problem of the TS. */
 #include <slipstep/private/slipts.h>
 #include <petsc/private/petscimpl.h>
 #include <slipstep/private/slipsys.h>
@@ -9,7 +9,7 @@ typedef struct {
 } Problem;
 
 /*@C
-  TSSetSlipProblem - sets the operations through which controllers use the problem that a TS integrates
+  TSSetSlipProblem - sets the operations through which controllers and integrators use the problem of a TS
 
   Logically collective
 
@@ -19,6 +19,10 @@ typedef struct {
 - ctx     - the last argument of each operation, borrowed
 
   Level: developer
+
+  Note:
+  The operations are structs, one for each of those who ask: control for controllers, steps for integrators, drifts for
+  TSLAPUSTA, sides for explicit steps of TSBATHE, history, and observations. A problem fills those that it has.
 
 .seealso: TSGetSlipProblem(), SlipObservationView(), TSADAPTRL
 @*/
@@ -35,7 +39,7 @@ PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem, void *ctx)
 }
 
 /*@C
-  TSGetSlipProblem - gets the operations through which controllers use the problem that a TS integrates
+  TSGetSlipProblem - gets the operations through which controllers and integrators use the problem of a TS
 
   Not collective
 
@@ -62,31 +66,7 @@ PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the history of a problem with memory ---- */
-
-PetscErrorCode SlipProblemAccept(TS ts)
-{
-  const PetscBool first = ts->steps == 0 && !ts->steprollback ? PETSC_TRUE : PETSC_FALSE;
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->history.accept) PetscCall((*problem->history.accept)(ts, ts->ptime, ts->vec_sol, first, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w)
-{
-  const SlipProblemOps *problem;
-  void *ctx;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->history.advance) PetscCall((*problem->history.advance)(ts, t, w, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* Restores the history at the start of the step, of a problem with memory. */
 PetscErrorCode SlipProblemRollBack(TS ts)
 {
   const SlipProblemOps *problem;

@@ -21,30 +21,6 @@ typedef struct {
   Vec f0;          /* rates at the start of the last step */
 } TS_RKC;
 
-static PetscErrorCode TSReset_RKC(TS ts)
-{
-  TS_RKC *rkc = (TS_RKC *)ts->data;
-  Vec *vecs[] = {&rkc->at.start, &rkc->at.f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
-  rkc->at.known = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSSetUp_RKC(TS ts)
-{
-  TS_RKC *rkc = (TS_RKC *)ts->data;
-  Vec *vecs[] = {&rkc->at.start, &rkc->at.f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
-    if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
-  PetscCall(TSGetAdapt(ts, &ts->adapt));
-  PetscCall(TSAdaptCandidatesClear(ts->adapt));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TSSetFromOptions_RKC(TS ts, SlipOptionItems PetscOptionsObject)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
@@ -274,12 +250,15 @@ PetscErrorCode TSCreate_RKC(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&rkc));
   ts->data = rkc;
-  rkc->at.ops = &ops;
+  rkc->at =
+    (SlipAttempts){.ops = &ops,
+                   .nown = 7,
+                   .own = {&rkc->at.start, &rkc->at.f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0}};
   rkc->max_stages = 100;
-  ts->ops->reset = TSReset_RKC;
+  ts->ops->reset = SlipAttemptsReset;
   ts->ops->destroy = SlipAttemptsDestroy;
   ts->ops->view = TSView_RKC;
-  ts->ops->setup = TSSetUp_RKC;
+  ts->ops->setup = SlipAttemptsSetUp;
   ts->ops->setfromoptions = TSSetFromOptions_RKC;
   ts->ops->step = SlipAttemptsStep;
   ts->ops->evaluatewlte = TSEvaluateWLTE_RKC;

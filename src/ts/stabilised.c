@@ -46,13 +46,10 @@ PetscErrorCode TSStabilisedReset(TS ts)
 static PetscErrorCode TSStabilisedPays(TS ts, PetscBool *pays)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
   PetscReal stages;
-  void *ctx;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->steps.relaxation)(ts, ts->vec_sol, &ba->stabilised.rate, ctx));
+  SlipProblemTry(ts, steps.relaxation, ts->vec_sol, &ba->stabilised.rate);
   ba->stabilised.rate *= SLIP_RATE_MARGIN;
   stages = SlipRKCStages(ts->time_step * ba->stabilised.rate);
   *pays = ba->stabilised.rate > 0 && stages <= SLIP_RKC_MOST &&
@@ -64,12 +61,8 @@ static PetscErrorCode TSStabilisedPays(TS ts, PetscBool *pays)
 
 static PetscErrorCode Side(TS ts, PetscReal t, Vec w, Vec f)
 {
-  const SlipProblemOps *problem;
-  void *ctx;
-
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->sides.side)(ts, t, w, f, ctx));
+  SlipProblemTry(ts, sides.side, t, w, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,12 +94,9 @@ static PetscErrorCode TSStabilisedSubstep(TS ts, PetscReal t, PetscReal h, Vec w
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscInt stages = PetscMin((PetscInt)SlipRKCStages(h * ba->stabilised.rate), SLIP_RKC_MOST);
-  const SlipProblemOps *problem;
-  void *ctx;
 
   PetscFunctionBegin;
   (void)r0, (void)residual;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   for (int k = 0; k < 3; k++)
     if (!ba->stabilised.cheb[k]) PetscCall(VecDuplicate(ts->vec_sol, &ba->stabilised.cheb[k]));
   if (w0 != ba->X0) PetscCall(Side(ts, t, w0, ba->K1));
@@ -121,9 +111,9 @@ static PetscErrorCode TSStabilisedSubstep(TS ts, PetscReal t, PetscReal h, Vec w
   }
   PetscCall(Side(ts, t + h, w2, ba->K2));
   ba->stabilised.k2_sides = PETSC_TRUE;
-  PetscCall((*problem->steps.finish)(ts, t + h, w2, ctx));
-  PetscCall((*problem->sides.reaction)(ts, t + h, w2, r2, ctx));
-  PetscCall((*problem->sides.middle)(ts, h, w0, w2, w0 == ba->X0 ? ba->K0 : ba->K1, ba->K2, w1, ctx));
+  SlipProblemTry(ts, steps.finish, t + h, w2);
+  SlipProblemTry(ts, sides.reaction, t + h, w2, r2);
+  SlipProblemTry(ts, sides.middle, h, w0, w2, w0 == ba->X0 ? ba->K0 : ba->K1, ba->K2, w1);
   PetscCall(TSPostStage(ts, t + h, 1, ba->Y));
   ba->share = 0.5;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -141,12 +131,9 @@ static PetscErrorCode TSStabilisedError(TS ts, PetscReal h, Vec e)
 static PetscErrorCode TSStabilisedNorm(TS ts, PetscReal *norm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->sides.error)(ts, ba->estimate.E, ba->X0, ba->Y[1], norm, ctx));
+  SlipProblemTry(ts, sides.error, ba->estimate.E, ba->X0, ba->Y[1], norm);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

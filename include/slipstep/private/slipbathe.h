@@ -7,8 +7,8 @@
 
 typedef struct TS_Bathe TS_Bathe;
 
-/* A method of attempts: a row of functions in a file of its own, which bathemethod.c chooses for each attempt. An attempt
-   leads from X0, r0 and K0 to Y[1], r and K2. Any function but substep and error may be NULL. */
+/* A method of attempts: a row of functions in a file of its own, which bathemethod.c chooses for each attempt. An
+   attempt leads from X0, r0 and K0 to Y[1], r and K2. Any function but begin, substep and error may be NULL. */
 typedef struct {
   TSBatheMethod method; /* its name in records */
   PetscBool hermite;    /* K0 and K2 interpolate within its steps; otherwise K2 and the inner state do */
@@ -49,7 +49,7 @@ typedef struct {
   Vec r1; /* reaction after stage 1 */
   Vec Fs; /* explicit part of stage 1, full */
 } TSBatheStages;
-PETSC_EXTERN const TSBatheMethodOps TSBatheImplicit;
+PETSC_INTERN const TSBatheMethodOps TSBatheImplicit;
 PETSC_INTERN PetscErrorCode TSBatheStartReaction(TS, PetscBool unchanged); /* r0 */
 PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
 PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
@@ -76,7 +76,7 @@ typedef struct {
   Vec rows;               /* full: 2 in rows without r */
   PetscBool bound_told;
 } TSMoreau;
-PETSC_EXTERN const TSBatheMethodOps TSBatheMoreau;
+PETSC_INTERN const TSBatheMethodOps TSBatheMoreau;
 PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
 PETSC_INTERN PetscErrorCode TSMoreauState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
@@ -88,7 +88,7 @@ typedef struct {
   PetscReal rate;               /* fastest relaxation rate of the solution [1/s] */
   PetscReal implicit;           /* cost of an implicit solve over that of a stage; 0: unknown */
 } TSStabilised;
-PETSC_EXTERN const TSBatheMethodOps TSBatheStabilised;
+PETSC_INTERN const TSBatheMethodOps TSBatheStabilised;
 PETSC_INTERN PetscErrorCode TSStabilisedReset(TS);
 PETSC_INTERN PetscErrorCode TSStabilisedState(SlipState, TS);
 
@@ -123,6 +123,9 @@ typedef struct {
   Vec Wfull, Wmid; /* end of the whole step, and of every other part */
   Vec rmid;        /* reaction at that */
 } TSBatheParts;
+/* The substep of the attempt's method; it is counted, and its residual, or 2 if it fails, is added */
+PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
+                                           PetscReal *residual, PetscBool *ok);
 PETSC_INTERN PetscErrorCode TSBatheWantsDoubling(TS, PetscBool *flg);
 PETSC_INTERN PetscErrorCode TSBatheDoubling(TS, PetscReal h, PetscReal *residual, PetscBool *ok);
 PETSC_INTERN PetscErrorCode TSBatheInParts(TS, PetscReal h, PetscInt parts, PetscReal *residual, PetscBool *ok);
@@ -138,6 +141,8 @@ typedef struct {
   PetscReal barrier; /* end of an attempt that would have passed an instability [s] */
   PetscInt towards;  /* steps in a row that were shortened because of it */
 } TSBatheFailures;
+PETSC_INTERN PetscErrorCode TSBatheRestore(TS); /* the state and the reaction at the step's start */
+PETSC_INTERN PetscErrorCode TSBatheSetStep(TS, PetscReal h);
 PETSC_INTERN void TSBatheFailuresBegin(TSBatheFailures *);
 PETSC_INTERN PetscErrorCode TSBatheFailed(TS, PetscReal whole);
 PETSC_INTERN void TSBatheApproach(TS, PetscReal *h);
@@ -193,11 +198,6 @@ struct TS_Bathe {
 };
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
-/* The substep of the attempt's method; it is counted, and its residual, or 2 if it fails, is added */
-PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
-                                           PetscReal *residual, PetscBool *ok);
-PETSC_INTERN PetscErrorCode TSBatheRestore(TS); /* the state and the reaction at the step's start */
-PETSC_INTERN PetscErrorCode TSBatheSetStep(TS, PetscReal h);
 
 PETSC_INTERN PetscErrorCode TSBatheGetData(TS, PetscBool required, TS_Bathe **);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);

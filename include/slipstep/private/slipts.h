@@ -63,12 +63,13 @@ typedef struct {
   PetscBool (*whatever)(TS);                   /* is it accepted whatever its error is? NULL: no */
   PetscErrorCode (*retry)(TS, PetscBool good); /* it was rejected, and ts->time_step is the next one */
   PetscErrorCode (*accept)(TS);                /* it was accepted: ts->ptime is its end, ts->time_step the next */
-  PetscErrorCode (*bound)(
-    TS); /* bounds ts->time_step after finish() of a problem that has relaxation() (SlipStepOps) */
+  PetscErrorCode (*bound)(TS);                 /* bounds ts->time_step, after SlipStepOps.finish; NULL: no */
 } SlipAttemptOps;
 /* The first member of the context of a type that uses it */
 typedef struct {
   const SlipAttemptOps *ops;
+  PetscInt nown; /* vectors of the type */
+  Vec *own[8];
   Vec start;           /* state at the start of the step */
   Vec f;               /* rates there, for types that start with those at the end of the last step; else NULL */
   PetscBool known;     /* f is valid */
@@ -79,6 +80,8 @@ typedef struct {
   PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
 } SlipAttempts;
 PETSC_INTERN PetscErrorCode SlipAttemptsStep(TS ts);
+PETSC_INTERN PetscErrorCode SlipAttemptsSetUp(TS ts);
+PETSC_INTERN PetscErrorCode SlipAttemptsReset(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsDestroy(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsRollBack(TS ts);
 PETSC_INTERN PetscErrorCode SlipAttemptsState(TS ts, SlipState s);
@@ -117,7 +120,7 @@ PETSC_INTERN void SlipAdamsCount(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
 
-/* ---- meetcorner.c: any integrator and controller ---- */
+/* ---- guard.c: any integrator and controller ---- */
 /* Makes ts->time_step end at a corner of the loading that it would pass, and limits a first step to the controller's
    longest one. whole: the step before it was shortened for a corner; corner: the end of the step then, PETSC_MAX_REAL
    if there is no corner [s]. Collective, before each attempt */
@@ -127,8 +130,6 @@ PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *c
 PETSC_EXTERN PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned);
 /* From TSPreStep: limits ts->time_step, of an explicit type of PETSc's, so that no slip rate oscillates. */
 PETSC_EXTERN PetscErrorCode SlipMeetRelaxation(TS ts);
-
-/* ---- guard.c ---- */
 /* Gets the constant step after one that was shortened to end at a corner of the loading, at end [s]; whole: its
    length */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
@@ -150,7 +151,16 @@ PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* true if a
 /* ---- bathestate.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateTS(SlipState, TS);
 PETSC_INTERN PetscErrorCode SlipStateAttempt(SlipState, SlipAttempt *);
-/* problem.c: passes the history to problems that store it, see SlipProblemOps */
-PETSC_INTERN PetscErrorCode SlipProblemAccept(TS ts);
-PETSC_INTERN PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w);
+
+/* ---- problem.c ---- */
+/* Calls a function of the problem of ts, if there is one, as PetscTryTypeMethod() does: SlipProblemTry(ts,
+   steps.corner, t, next) */
+#define SlipProblemTry(ts, function, ...)                                                                              \
+  do {                                                                                                                 \
+    const SlipProblemOps *problem_;                                                                                    \
+    void *problem_ctx_;                                                                                                \
+                                                                                                                       \
+    PetscCall(TSGetSlipProblem(ts, &problem_, &problem_ctx_));                                                         \
+    if (problem_ && problem_->function) PetscCall((*problem_->function)(ts, __VA_ARGS__, problem_ctx_));               \
+  } while (0)
 PETSC_INTERN PetscErrorCode SlipProblemRollBack(TS ts);

@@ -9,7 +9,6 @@ PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* is ts of type ba
 PETSC_EXTERN PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method);
 PETSC_EXTERN PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost); /* relative to an explicit step */
 PETSC_EXTERN PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p);
-PETSC_EXTERN PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p);
 /* Quadrature over the last accepted step: borrowed states at these fractions of the step, with their weights */
 PETSC_EXTERN PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3]);
 /* Divides each step into parts, which change neither steps nor estimates and make the solution finer; the function gets

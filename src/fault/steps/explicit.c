@@ -141,33 +141,14 @@ PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Updates tolerances of slips that are relative to the largest displacement so far. TSRKC uses the error of each step
-   instead, and needs the tolerances where cells do not weaken, for the end of an event. */
-static PetscErrorCode FollowTolerances(SlipFault fault, TS ts)
-{
-  PetscReal moved;
-  PetscBool rkc;
-  Vec w;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRKC, &rkc));
-  if (rkc && !fault->balance.steady) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultLargestDisplacement(fault, w, &moved));
-  if (!fault->balance.follows || moved == fault->balance.moved) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->balance.moved = moved;
-  PetscCall(SetTolerances(fault, ts, fault->balance.rtol));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* TSPostEvaluate: runs after a step of PETSc's own types, before monitors. It hides the change of the state from PETSc,
    as the next step would otherwise begin anew, without the last right-hand side. Our types use SlipFaultMoment. */
 static PetscErrorCode SlipFaultAfterStep(TS ts)
 {
   PetscObjectState state;
   SlipFault fault;
-  PetscBool known, ours, good;
-  PetscReal t;
+  PetscBool known, ours, rkc, good;
+  PetscReal t, moved;
   Vec w;
 
   PetscFunctionBegin;
@@ -176,12 +157,21 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
     PetscCall(SlipFaultEndRest(fault, ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!fault->friction.law->always_slides) PetscCall(FollowTolerances(fault, ts));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRKC, &rkc));
+  /* Tolerances of slips that are relative to the largest displacement follow it. TSRKC uses the error of each step
+     instead, and needs them where cells do not weaken, for the end of an event. */
+  if (!fault->friction.law->always_slides && (!rkc || fault->balance.steady)) {
+    PetscCall(SlipFaultLargestDisplacement(fault, w, &moved));
+    if (fault->balance.follows && moved != fault->balance.moved) {
+      fault->balance.moved = moved;
+      PetscCall(SetTolerances(fault, ts, fault->balance.rtol));
+    }
+  }
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSRKC, TSLAPUSTA, ""));
   if (ours) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&fault->balance.first));
   PetscCall(TSGetTime(ts, &t));
-  PetscCall(TSGetSolution(ts, &w));
   PetscCall(PetscObjectStateGet((PetscObject)w, &state));
   PetscCall(EndIsKnown(fault, ts, t, &known));
   if (!known) {
@@ -274,8 +264,8 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
   if (!sticks)
     PetscCall(SlipFaultCycleSteps(fault, ts, &rtol));
   else {
-    /* A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross at the least loss.
-       No step ends there: with many cells, each step would end at one of them. */
+    /* A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross at the least
+       loss. No step ends there: with many cells, each step would end at one of them. */
     fault->balance.moved = SLIP_FAULT_ATOL;
     fault->balance.fastest = 0;
     fault->balance.known = fault->balance.resting = PETSC_FALSE;
