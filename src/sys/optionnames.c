@@ -96,20 +96,6 @@ PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[])
 
 /* ---- names ---- */
 
-/* Gets the next of the names after *place, which blanks separate and which advances; false after the last. */
-PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH])
-{
-  const char *begin = *place + strspn(*place, " ");
-  const size_t len = strcspn(begin, " "), before = strlen(prefix);
-
-  if (!len || before + len >= SLIP_NAME_LENGTH) return PETSC_FALSE;
-  memcpy(name, prefix, before);
-  memcpy(name + before, begin, len);
-  name[before + len] = '\0';
-  *place = begin + len;
-  return PETSC_TRUE;
-}
-
 /* The i-th list; NULL after the last */
 static const SlipNames *SlipList(size_t i)
 {

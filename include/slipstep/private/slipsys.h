@@ -30,6 +30,7 @@ static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[]);
 PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);
 
+/* ---- package.c ---- */
 /* Attaches data, replacing those of the same name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
 PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
                                                   PetscErrorCode (*destroy)(SlipContainerArg));
@@ -52,11 +53,12 @@ PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a p
 /* Writes a time with so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years". */
 PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);
 
-/* ---- optionnames.c ---- */
+/* ---- words.c ---- */
 #define SLIP_NAME_LENGTH 128
 /* Gets the next of the names after *place, which advances, following prefix; false after the last. */
 PETSC_INTERN PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH]);
 
+/* ---- optionnames.c ---- */
 #define SLIP_HINT_LENGTH (SLIP_NAME_LENGTH + 32)
 PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH]);
 PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or of PETSc's those that every run needs */
