@@ -310,6 +310,21 @@ static PetscErrorCode VecPointwiseDivide_SlipOpenCL(Vec w, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode VecReciprocal_SlipOpenCL(Vec x)
+{
+  const int n = (int)x->map->n;
+  SlipDeviceMemory a;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceVecChange(x, &a));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
+
+    PetscCall(SlipDeviceRun(Data(x)->device, KERNEL_RECIPROCAL, (size_t)n, 1, 2, args));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Copies component `start` of the blocks of x to y, or back from y to x. */
 static PetscErrorCode Stride(SlipDeviceKernel kernel, Vec x, PetscInt start, Vec y)
 {
@@ -418,6 +433,28 @@ static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds the smallest entry, -infinity if one is NaN; its place is found on the mirror. */
+static PetscErrorCode VecMin_SlipOpenCL(Vec x, PetscInt *place, PetscReal *least)
+{
+  const int n = (int)x->map->n;
+  SlipDeviceMemory a;
+  PetscReal result;
+
+  PetscFunctionBegin;
+  if (place) {
+    PetscCall((*seq.min)(x, place, least));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipDeviceVecRead(x, &a));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
+
+    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_LEAST, (size_t)n, 2, args, 1, 0, &result));
+  }
+  *least = -result;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
 {
   PetscReal result[4];
@@ -428,7 +465,7 @@ static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same)
+PetscErrorCode SlipVecSame(Vec x, Vec y, PetscBool *same)
 {
   const PetscScalar *a, *b;
   PetscReal differ;
@@ -463,7 +500,7 @@ PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there)
+PetscErrorCode SlipVecCopyThere(Vec x, Vec *there)
 {
   SlipDeviceMemory memory;
 
@@ -542,6 +579,8 @@ static void FillOps(struct _VecOps *ops)
   ops->stridescatter = VecStrideScatter_SlipOpenCL;
   ops->dot = ops->tdot = ops->dot_local = ops->tdot_local = VecDot_SlipOpenCL;
   ops->mdot = ops->mtdot = ops->mdot_local = ops->mtdot_local = VecMDot_SlipOpenCL;
+  ops->min = VecMin_SlipOpenCL;
+  ops->reciprocal = VecReciprocal_SlipOpenCL;
   ops->norm = ops->norm_local = VecNorm_SlipOpenCL;
   ops->sum = VecSum_SlipOpenCL;
 }

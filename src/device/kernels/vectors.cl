@@ -38,6 +38,14 @@ __kernel void divide(int n, __global const double *x, __global const double *y, 
   if (i < n) z[i] = y[i] != 0 ? x[i] / y[i] : 0;
 }
 
+// Inverts entries that are not 0, as PETSc does.
+__kernel void reciprocal(int n, __global double *x)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) x[i] = x[i] != 0 ? 1 / x[i] : 0;
+}
+
 // Copies entries start, start + step, ... of x to y; scatter() copies them back.
 __kernel void gather(int n, int start, int step, __global const double *x, __global double *y)
 {
@@ -90,6 +98,16 @@ __kernel void largest(int n, int start, int step, __global const double *x, __gl
 
     mine[0] = larger(mine[0], size);
   }
+  fold(1, 0, mine, all, room);
+}
+
+// Finds the largest -x.
+__kernel void least(int n, __global const double *x, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {-INFINITY};
+
+  EACH(i, n) { mine[0] = larger(mine[0], -x[i]); }
   fold(1, 0, mine, all, room);
 }
 

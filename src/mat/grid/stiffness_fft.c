@@ -96,7 +96,7 @@ static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
   if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
   *bytes += 2 * (PetscReal)sizeof(PetscReal) * (PetscReal)(c->end - c->start);
   if (use) {
-    PetscCall(SlipDeviceVecOf(c->border, &c->border_there));
+    PetscCall(SlipVecCopyThere(c->border, &c->border_there));
     PetscCall(VecDuplicate(c->border_there, &c->work_there));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -259,36 +259,10 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ChooseOnDevice(PCSlipStage *c, Vec r, Vec z)
-{
-  SlipDeviceMemory mask, x, y, to;
-  SlipDevice device;
-  PetscInt size;
-  int n;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceGet(&device));
-  PetscCall(VecGetLocalSize(r, &size));
-  n = (int)size;
-  PetscCall(SlipDeviceVecRead(c->mask, &mask));
-  PetscCall(SlipDeviceVecRead(c->work, &x));
-  PetscCall(SlipDeviceVecRead(r, &y));
-  PetscCall(SlipDeviceVecWrite(z, &to));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(mask), SLIP_DEVICE_ARG(x), SLIP_DEVICE_ARG(y),
-                                  SLIP_DEVICE_ARG(to)};
-
-    PetscCall(SlipDeviceRun(device, KERNEL_CHOOSE, (size_t)n, 1, 5, args));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Applies the preconditioner; the work vector is masked r first and P times that later. */
 static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
 {
   PCSlipStage *c = NULL;
-  const PetscReal *mask, *pr, *pw;
-  PetscReal *pz;
   PetscInt n;
 
   PetscFunctionBegin;
@@ -311,15 +285,9 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
     PetscCall(ApplyBlocks(c));
   else
     PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
-  if (c->mask && SlipDeviceVecIs(c->mask) && SlipDeviceVecIs(r) && SlipDeviceVecIs(z))
-    PetscCall(ChooseOnDevice(c, r, z));
-  else if (c->mask) {
-    const SlipArrays arrays[] = {{c->mask, .read = &mask}, {r, .read = &pr}, {c->work, .read = &pw}, {z, .write = &pz}};
-
+  if (c->mask) {
     PetscCall(VecGetLocalSize(r, &n));
-    PetscCall(SlipArraysGet(4, arrays));
-    for (PetscInt i = 0; i < n; i++) pz[i] = mask[i] != 0 ? pw[i] : pr[i];
-    PetscCall(SlipArraysRestore(4, arrays));
+    PetscCall(SlipLoopRun(SLIP_LOOP_CHOOSE, n, NULL, (const Vec[]){c->mask, c->work, r, z}, NULL));
   } else
     PetscCall(VecCopy(c->work, z));
   SlipWorkEnd();
