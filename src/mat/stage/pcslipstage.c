@@ -218,7 +218,6 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   const PetscReal *symbol;
   PetscInt nk, count;
   PetscBool found = PETSC_FALSE;
-  SlipDevice device;
   Mat J;
 
   PetscFunctionBegin;
@@ -242,8 +241,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
     if (found && !c->cross) PetscCall(SlipToeplitzOf(parts.K, &c->plane));
     if (c->cross) PetscCall(VecDuplicate(c->cross, &c->beside));
-    PetscCall(SlipDeviceGet(&device));
-    if (c->plane && !(SlipDeviceVecIs(c->work) && !SlipDeviceShares(device))) {
+    if (c->plane && SlipToeplitzWantsValues(c->work)) {
       PetscCall(SlipToeplitzGetWaves(c->plane, &nk, &count, &symbol));
       PetscCall(PetscMalloc1(nk * count, &c->f));
     }
@@ -275,11 +273,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   else
     PetscCall(VecCopy(r, c->work));
   if (c->plane) {
-    if (SlipDeviceVecIs(c->work)) {
-      PetscCall(SlipToeplitzDeviceApplyInverse(c->plane, &c->inverse_symbol, c->f, c->work, c->inverse));
-      PetscCall(VecCopy(c->inverse, c->work));
-    } else
-      PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
+    PetscCall(SlipToeplitzInvert(c->plane, &c->inverse_symbol, c->f, c->work, c->inverse));
     SlipProductsAdd((SlipProducts){.pc = 1});
   } else if (c->cross)
     PetscCall(ApplyBlocks(c));

@@ -53,22 +53,10 @@ static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
 
 static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
 {
+  const PetscReal factor[] = {s->mass / s->theta, s->theta * s->scale, s->damping * PetscSqrtReal(s->scale)};
+
   PetscFunctionBegin;
-  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    if (s->device_theta != s->theta)
-      PetscCall(SlipToeplitzDeviceCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
-                                          s->damping * PetscSqrtReal(s->scale), &s->sum));
-    s->device_theta = s->theta;
-    s->assembled_theta = 0; /* devices that share the processor's memory have the same sum */
-    PetscCall(SlipToeplitzDeviceApply(s->plane, 1, &s->sum, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (s->assembled_theta != s->theta)
-    PetscCall(SlipToeplitzCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
-                                  s->damping * PetscSqrtReal(s->scale), &s->sum));
-  s->assembled_theta = s->theta;
-  s->device_theta = 0;
-  PetscCall(SlipToeplitzApply(s->plane, 1, &s->sum, x, y));
+  PetscCall(SlipToeplitzMultSum(s->plane, factor, &s->sum, s->sum_here, s->sum_there, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -127,30 +115,26 @@ PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  if (SlipDeviceVecIs(d)) { /* the diagonals of K and H are sent there once */
-    for (int k = 0; k < 2 && !(k && s->mean > 0); k++) {
-      if (s->parts[k]) continue;
-      PetscCall(VecDuplicate(d, &s->parts[k]));
-      PetscCall(MatGetDiagonal(k ? s->H : s->K, s->parts[k]));
-    }
-    PetscCall(VecCopy(s->parts[0], d));
-  } else
-    PetscCall(MatGetDiagonal(s->K, d));
+  for (int k = 0; k < 2 && !(k && s->mean > 0); k++) { /* they are computed, and sent to a device, once */
+    PetscObjectState state;
+
+    PetscCall(PetscObjectStateGet((PetscObject)(k ? s->H : s->K), &state));
+    if (!s->parts[k]) PetscCall(VecDuplicate(d, &s->parts[k]));
+    if (s->parts_state[k] == state + 1) continue;
+    PetscCall(MatGetDiagonal(k ? s->H : s->K, s->parts[k]));
+    s->parts_state[k] = state + 1;
+  }
+  PetscCall(VecCopy(s->parts[0], d));
   PetscCall(VecScale(d, s->theta));
   if (s->weights)
     PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
-  else if (SlipDeviceVecIs(d)) {
+  else {
     PetscCall(VecSet(s->work, s->mass / s->theta));
     PetscCall(VecAXPY(d, 1, s->work));
-  } else
-    PetscCall(VecShift(d, s->mass / s->theta));
+  }
   if (s->mean > 0)
     PetscCall(VecScale(d, s->mean));
-  else if (SlipDeviceVecIs(d))
+  else
     PetscCall(VecAXPY(d, 1, s->parts[1]));
-  else {
-    PetscCall(MatGetDiagonal(s->H, s->work));
-    PetscCall(VecAXPY(d, 1, s->work));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
