@@ -32,17 +32,20 @@ PetscErrorCode SlipLoopRun(SlipLoop loop, PetscInt items, const PetscReal number
   PetscReal *array[DEVICE_MAX_ARGS] = {NULL};
   SlipArrays list[DEVICE_MAX_ARGS];
   PetscInt n = 0, numbers = 0;
+  SlipDeviceMemory unused;
 
   PetscFunctionBegin;
   for (; kind[numbers] == 'n'; numbers++) continue;
   for (; kind[numbers + n]; n++) {
     list[n] = (SlipArrays){.vec = x[n]};
-    if (kind[numbers + n] == 'w')
+    if (kind[numbers + n] != 'r')
       list[n].write = &array[n];
     else
       list[n].read = (const PetscReal **)&array[n];
   }
   if (SlipDeviceArraysAre(n, list)) {
+    for (PetscInt k = 0; k < n; k++)
+      if (kind[numbers + k] == 'o') PetscCall(SlipDeviceVecWrite(x[k], &unused)); /* is not sent first */
     PetscCall(SlipDeviceArraysRun(loops[loop].kernel, items, numbers, number, n, list, loops[loop].sums,
                                   loops[loop].sums, sum));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -74,6 +77,29 @@ PetscErrorCode SlipVecLargestBlock(Vec x, PetscInt c, PetscReal *size, PetscInt 
     *size = PetscIsInfOrNanReal(here) ? PETSC_MAX_REAL : here;
     *block = i;
   }
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipVecLargestStart(Vec x, PetscInt block, PetscInt c, PetscReal *largest)
+{
+  const PetscReal numbers[] = {(PetscReal)c, (PetscReal)block};
+  const SlipArrays arrays[] = {{.vec = x}};
+  const PetscReal *a;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  n /= block;
+  if (SlipDeviceVecIs(x)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_LARGEST, n, 2, numbers, 1, arrays, 1, 0, largest));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *largest = 0;
+  PetscCall(VecGetArrayRead(x, &a));
+  for (PetscInt i = 0; i < n; i++, a += block)
+    *largest = SlipLarger(*largest, c == 1 ? PetscAbsReal(a[0]) : hypot(a[0], a[1]));
+  a -= block * n;
   PetscCall(VecRestoreArrayRead(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -484,22 +484,6 @@ PetscErrorCode SlipVecSame(Vec x, Vec y, PetscBool *same)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest)
-{
-  const int n = (int)(x->map->n / step), first = (int)start, apart = (int)step;
-  SlipDeviceMemory a;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceVecRead(x, &a));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(first), SLIP_DEVICE_ARG(apart),
-                                  SLIP_DEVICE_ARG(a)};
-
-    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_LARGEST, (size_t)n, 4, args, 1, 0, largest));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode SlipVecCopyThere(Vec x, Vec *there)
 {
   SlipDeviceMemory memory;

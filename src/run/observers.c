@@ -228,7 +228,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultObserversDestroy(fault));
   fault->balance.sides = 0;
   SlipProductsRun();
-  run->traffic = SlipDeviceGetTraffic();
+  SlipFaultDeviceTraffic(run->traffic);
   run->prepared = -run->before[SLIP_PRODUCTS_RUN].cost;
   SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]);
   run->prepared += run->before[SLIP_PRODUCTS_RUN].cost;
@@ -280,17 +280,17 @@ static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
 /* Adds the number of transfers between the processor and the device since the run began. */
 static PetscErrorCode TrafficResult(SlipFault fault, SlipOutput file)
 {
-  const SlipDeviceTraffic now = SlipDeviceGetTraffic(), *before = &fault->run->traffic;
-  const struct {
+  static const struct {
     const char *name, *label;
-    PetscInt64 n;
-  } row[] = {{"device_puts", "arrays to the device", now.puts - before->puts},
-             {"device_fetches", "arrays from the device", now.fetches - before->fetches},
-             {"device_numbers", "numbers from the device", now.numbers - before->numbers}};
+  } row[] = {{"device_puts", "arrays to the device"},
+             {"device_fetches", "arrays from the device"},
+             {"device_numbers", "numbers from the device"}};
+  PetscInt64 now[3];
 
   PetscFunctionBegin;
+  SlipFaultDeviceTraffic(now);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && fault->device.device; i++)
-    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)row[i].n));
+    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)(now[i] - fault->run->traffic[i])));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

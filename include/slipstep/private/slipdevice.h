@@ -74,8 +74,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   X(ADAMS, adams) X(ADAMS_NORMS, adams_norms)
 #define SLIP_KERNELS_RATESTATE(X)                                                                                      \
   X(FAULT_RATES, fault_rates) X(FAULT_RATES_2, fault_rates_2) X(FAULT_OTHERS, fault_others)                            \
-  X(FAULT_DERIVATIVE, fault_derivative) X(FAULT_DERIVATIVE_2, fault_derivative_2) X(FAULT_TAKE, fault_take)            \
-  X(FAULT_PLACE, fault_place) X(FAULT_FASTEST, fault_fastest)                                                          \
+  X(FAULT_DERIVATIVE, fault_derivative) X(FAULT_DERIVATIVE_2, fault_derivative_2)            \
+                                                            \
   X(FAULT_OUTSIDE, fault_outside) X(FAULT_RELAXATION, fault_relaxation) X(FAULT_SUMS, fault_sums)                      \
   X(FAULT_POWERS, fault_powers) X(FAULT_SHARE, fault_share) X(FAULT_SLIP, fault_slip)
 #define SLIP_KERNELS_LOADS(X)                                                                                          \
@@ -146,8 +146,6 @@ PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);
    no other code may access the vectors; lend.c */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsLend(PetscInt n, PetscInt read, const Vec x[], Vec host[]);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsReturn(PetscInt n, const Vec x[], Vec host[]);
-/* Largest |x| of entries start, start + step, ... */
-PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
 
 /* ---- run.c: loops over arrays ---- */
 PETSC_INTERN PetscBool SlipDeviceArraysAre(PetscInt n, const SlipArrays list[]);

@@ -34,6 +34,19 @@ LOOP(drop_unmarked, IN(mark) OUT(e))
 }
 END
 
+// Copies c numbers of each block, from `start` on, to the blocks of another array; place_block() copies them back.
+LOOP(take_block, NUM(c) NUM(block) NUM(start) IN(w) OUT(x))
+{
+  for (int k = 0; k < (int)c; k++) x[(int)c * i + k] = w[(int)block * i + (int)start + k];
+}
+END
+
+LOOP(place_block, NUM(c) NUM(block) NUM(start) IN(x) OUT(w))
+{
+  for (int k = 0; k < (int)c; k++) w[(int)block * i + (int)start + k] = x[(int)c * i + k];
+}
+END
+
 // ---- the cone of cells with one component ----
 
 LOOP(cone_natural, NUM(omega) IN(x) IN(g) IN(q) IN(dq) IN(rho) OUT(F) OUT(mask) OUT(slope))

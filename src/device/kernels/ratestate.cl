@@ -218,31 +218,6 @@ __kernel void fault_derivative_2(int n, int slip_law, double V0, __global const 
   }
 }
 
-// Copies c numbers of each block, from `start` on, to a vector of slip; fault_place() copies them back.
-__kernel void fault_take(int n, int c, int block, int start, __global const double *state, __global double *x)
-{
-  const int i = get_global_id(0);
-
-  for (int k = 0; k < c && i < n; k++) x[c * i + k] = state[block * i + start + k];
-}
-
-__kernel void fault_place(int n, int c, int block, int start, __global const double *x, __global double *state)
-{
-  const int i = get_global_id(0);
-
-  for (int k = 0; k < c && i < n; k++) state[block * i + start + k] = x[c * i + k];
-}
-
-// Finds the largest magnitude of the first c numbers of blocks.
-__kernel void fault_fastest(int n, int c, int block, __global const double *state, __global double *room)
-{
-  __local double all[ITEMS];
-  double mine[1] = {0};
-
-  EACH(i, n) { mine[0] = larger(mine[0], size_of(c, state[block * i], c == 1 ? 0 : state[block * i + 1])); }
-  fold(1, 0, mine, all, room);
-}
-
 // Counts displacements and states that are out of bounds or NaN.
 __kernel void fault_outside(int n, int c, double displacement, double bound, __global const double *state, __global double *room)
 {

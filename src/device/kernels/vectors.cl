@@ -87,16 +87,17 @@ __kernel void norms(int n, __global const double *x, __global double *room)
   fold(4, 3, mine, all, room);
 }
 
-// Finds the largest |x| of entries start, start + step, ...
-__kernel void largest(int n, int start, int step, __global const double *x, __global double *room)
+// Finds the largest magnitude of the first c numbers of blocks.
+__kernel void largest(int n, double c, double block, __global const double *x, __global double *room)
 {
   __local double all[ITEMS];
   double mine[1] = {0};
 
-  EACH(i, n) {
-    const double size = fabs(x[start + step * i]);
+  EACH(i, n)
+  {
+    __global const double *v = x + (size_t)i * (int)block;
 
-    mine[0] = larger(mine[0], size);
+    mine[0] = larger(mine[0], c == 1 ? fabs(v[0]) : hypot(v[0], v[1]));
   }
   fold(1, 0, mine, all, room);
 }
