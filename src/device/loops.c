@@ -30,7 +30,7 @@ PetscErrorCode SlipLoopRun(SlipLoop loop, PetscInt items, const PetscReal number
 {
   const char *kind = loops[loop].arguments;
   PetscReal *array[DEVICE_MAX_ARGS] = {NULL};
-  SlipArrays list[DEVICE_MAX_ARGS];
+  SlipArrays list[DEVICE_MAX_ARGS] = {{NULL}};
   PetscInt n = 0, numbers = 0;
   SlipDeviceMemory unused;
 

@@ -105,8 +105,7 @@ static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
 /* Sets B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve. */
 PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 {
-  PetscReal qmax, cmax, dmin, *unused;
-  PetscInt n;
+  PetscReal qmax, cmax, dmin;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintSetUpWork(con));

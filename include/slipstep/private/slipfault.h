@@ -10,6 +10,7 @@
 #include <slipcompat.h>
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipfaultcells.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipmesh.h>
@@ -129,8 +130,8 @@ struct _p_SlipFault {
   SlipFaultStage stage;
   SlipFaultSettled settled;
   SlipFaultDevice device;
-  const SlipFaultCellsOps *ops; /* operations on the cells, by where these are */
-  SlipFaultBalance balance;     /* if all cells slide: the slip rates of the last evaluated state */
+  const SlipFaultCellsOps *cell_ops; /* operations on the cells, by where these are */
+  SlipFaultBalance balance;          /* if all cells slide: the slip rates of the last evaluated state */
   SlipFaultResolution resolution;
   SlipProblemOps problem;  /* functions that its TS calls */
   PetscBool corner_passed; /* a constant step passed one, and the warning was printed */

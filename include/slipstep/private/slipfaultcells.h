@@ -22,12 +22,12 @@ enum {
   STEP_SUMS
 };
 enum {
-  SUM_RATE,   /* of |v| [m/s] */
-  SUM_SLIPS,  /* of s [m] */
-  SUM_ALONG,  /* of e_s [m] */
-  SUM_EXCESS, /* M (v e_v - a e_s) [J/m^2] */
-  SUM_VIGOUR, /* M v^2 [J/m^2] */
-  SUM_GROWTH, /* of d|v|/dt [m/s^2] */
+  TIMING_RATE,   /* of |v| [m/s] */
+  TIMING_SLIPS,  /* of s [m] */
+  TIMING_ALONG,  /* of e_s [m] */
+  TIMING_EXCESS, /* M (v e_v - a e_s) [J/m^2] */
+  TIMING_VIGOUR, /* M v^2 [J/m^2] */
+  TIMING_GROWTH, /* of d|v|/dt [m/s^2] */
   TIMING_SUMS
 };
 

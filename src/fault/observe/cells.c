@@ -105,12 +105,12 @@ static PetscErrorCode HostTiming(SlipFault fault, Vec w, Vec e, Vec d, PetscReal
                     inertia = fault->operators.mass * weight;
     const PetscReal acceleration = SlipFaultAlongSlip(fault, a + at, c + at);
 
-    sum[SUM_RATE] += weight * v;
-    sum[SUM_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
-    sum[SUM_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
-    sum[SUM_EXCESS] += inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
-    sum[SUM_VIGOUR] += inertia * v * v;
-    sum[SUM_GROWTH] += weight * acceleration;
+    sum[TIMING_RATE] += weight * v;
+    sum[TIMING_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
+    sum[TIMING_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
+    sum[TIMING_EXCESS] += inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
+    sum[TIMING_VIGOUR] += inertia * v * v;
+    sum[TIMING_GROWTH] += weight * acceleration;
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -123,12 +123,12 @@ static PetscErrorCode HostCourse(SlipFault fault, PetscReal time, Vec w, PetscRe
   const SlipArrays arrays[] = {{w, .read = &a}, {fault->cells, .read = &slip}};
 
   PetscFunctionBegin;
-  sum[SUM_RATE] = sum[SUM_SLIPS] = 0;
+  sum[TIMING_RATE] = sum[TIMING_SLIPS] = 0;
   PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
-    sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
+    sum[TIMING_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
+    sum[TIMING_SLIPS] += fault->mesh.weight[i] * slip[i];
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -304,32 +304,32 @@ static PetscErrorCode HostRupture(SlipFault fault, PetscInt nodes, const Vec nod
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipFaultCellsOps SlipFaultCellsHost = {.eliminate = SlipFaultHostEliminate,
-                                              .bound = SlipFaultHostBound,
-                                              .start_slope = SlipFaultHostStartSlope,
-                                              .lift = SlipFaultHostLift,
-                                              .smooth = SlipFaultHostSmooth,
-                                              .add_reaction = SlipFaultHostAddReaction,
-                                              .solve_mass = SlipFaultHostSolveMass,
-                                              .kick = SlipFaultHostKick,
-                                              .drift = SlipFaultHostDrift,
-                                              .strength = SlipFaultHostStrength,
-                                              .rates = SlipFaultHostRates,
-                                              .compliance = SlipFaultHostCompliance,
-                                              .shear = HostShear,
-                                              .opened = HostOpened,
-                                              .bare = HostBare,
-                                              .sums = SlipFaultHostSums,
-                                              .mode = SlipFaultHostMode,
-                                              .estimates = HostEstimates,
-                                              .powers = SlipFaultHostPowers,
-                                              .step = HostStep,
-                                              .timing = HostTiming,
-                                              .course = HostCourse,
-                                              .moments = HostMoments,
-                                              .slip = HostSlip,
-                                              .outside = HostOutside,
-                                              .traction = SlipFaultStepTraction,
-                                              .look = HostLook,
-                                              .ground = HostGround,
-                                              .rupture = HostRupture};
+const SlipFaultCellsOps SlipFaultCellsHost = {SlipFaultHostEliminate,
+                                              SlipFaultHostBound,
+                                              SlipFaultHostStartSlope,
+                                              SlipFaultHostLift,
+                                              SlipFaultHostSmooth,
+                                              SlipFaultHostAddReaction,
+                                              SlipFaultHostSolveMass,
+                                              SlipFaultHostKick,
+                                              SlipFaultHostDrift,
+                                              SlipFaultHostStrength,
+                                              SlipFaultHostRates,
+                                              SlipFaultHostCompliance,
+                                              HostShear,
+                                              HostOpened,
+                                              HostBare,
+                                              SlipFaultHostSums,
+                                              SlipFaultHostMode,
+                                              HostEstimates,
+                                              SlipFaultHostPowers,
+                                              HostStep,
+                                              HostTiming,
+                                              HostCourse,
+                                              HostMoments,
+                                              HostSlip,
+                                              HostOutside,
+                                              SlipFaultStepTraction,
+                                              HostLook,
+                                              HostGround,
+                                              HostRupture};

@@ -590,38 +590,13 @@ static PetscErrorCode Rupture(SlipFault fault, PetscInt nodes, const Vec node[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipFaultCellsOps SlipFaultCellsOpenCL = {.eliminate = Eliminate,
-                                                .bound = Bound,
-                                                .start_slope = StartSlope,
-                                                .lift = Lift,
-                                                .smooth = Smooth,
-                                                .add_reaction = AddReaction,
-                                                .solve_mass = SolveMass,
-                                                .kick = Kick,
-                                                .drift = Drift,
-                                                .strength = Strength,
-                                                .rates = Rates,
-                                                .compliance = Compliance,
-                                                .shear = Shear,
-                                                .opened = Opened,
-                                                .bare = Bare,
-                                                .sums = Sums,
-                                                .mode = Mode,
-                                                .estimates = Estimates,
-                                                .powers = Powers,
-                                                .step = Step,
-                                                .timing = Timing,
-                                                .course = Course,
-                                                .moments = Moments,
-                                                .slip = Slip,
-                                                .outside = Outside,
-                                                .traction = Traction,
-                                                .look = Look,
-                                                .ground = Ground,
-                                                .rupture = Rupture};
+const SlipFaultCellsOps SlipFaultCellsOpenCL = {
+  Eliminate, Bound,      StartSlope, Lift,   Smooth,  AddReaction, SolveMass, Kick,      Drift,  Strength,
+  Rates,     Compliance, Shear,      Opened, Bare,    Sums,        Mode,      Estimates, Powers, Step,
+  Timing,    Course,     Moments,    Slip,   Outside, Traction,    Look,      Ground,    Rupture};
 
 /* Chooses the row; after the device has room for the fault. */
 void SlipFaultCellsChoose(SlipFault fault)
 {
-  fault->ops = fault->device.device ? &SlipFaultCellsOpenCL : &SlipFaultCellsHost;
+  fault->cell_ops = fault->device.device ? &SlipFaultCellsOpenCL : &SlipFaultCellsHost;
 }

@@ -186,7 +186,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultForce(fault, t, w, u, force));
   PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
-  PetscCall((*fault->ops->sums)(fault, t, w, force, c->sum, &c->max_v));
+  PetscCall((*fault->cell_ops->sums)(fault, t, w, force, c->sum, &c->max_v));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));

@@ -56,7 +56,7 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   } else if (!found)
     PetscCall(SlipElasticApply(fault->medium, x, kx, nx));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall((*fault->ops->mode)(fault, t, w, x, kx, nx, c->sum));
+  PetscCall((*fault->cell_ops->mode)(fault, t, w, x, kx, nx, c->sum));
   PetscCall(SlipFaultRestoreWork(fault, &kx));
   PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -77,7 +77,7 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*fault->ops->estimates)(fault, w, error, derivative, c->sum));
+  PetscCall((*fault->cell_ops->estimates)(fault, w, error, derivative, c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
   c->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -223,7 +223,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
     if (!b->resting) *relaxation = stiffest / b->eta;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall((*fault->ops->compliance)(fault, w, &most));
+  PetscCall((*fault->cell_ops->compliance)(fault, w, &most));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   *relaxation = stiffest * most;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -412,7 +412,7 @@ PetscErrorCode SlipFaultHostPowers(SlipFault fault, PetscReal t, Vec w, Vec r, P
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   PetscFunctionBegin;
-  PetscCall((*fault->ops->powers)(fault, t, w, r, power, friction));
+  PetscCall((*fault->cell_ops->powers)(fault, t, w, r, power, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -397,7 +397,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   SlipWorkAdd(SLIP_WORK_RATE, 1);
   SlipWorkAdd(fault->friction.law->always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH,
               (PetscReal)(fault->mesh.n * fault->layout.components));
-  PetscCall((*fault->ops->rates)(fault, t, w, F));
+  PetscCall((*fault->cell_ops->rates)(fault, t, w, F));
   PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -177,7 +177,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
   (void)con;
   SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (Radiates(fault)) PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &eta));
-  PetscCall((*fault->ops->kick)(fault, t, a, g, eta, w, ok));
+  PetscCall((*fault->cell_ops->kick)(fault, t, a, g, eta, w, ok));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -221,7 +221,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscFunctionBegin;
   (void)con, (void)from;
   SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
-  PetscCall((*fault->ops->drift)(fault, t, h, w));
+  PetscCall((*fault->cell_ops->drift)(fault, t, h, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -84,7 +84,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   fault->stage.theta = stage->theta;
   fault->stage.last = stage->nfrom > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
-  PetscCall((*fault->ops->eliminate)(fault, stage));
+  PetscCall((*fault->cell_ops->eliminate)(fault, stage));
   PetscCall(SlipFaultStoreStart(fault, stage));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, force, NULL));
@@ -210,7 +210,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscFunctionBegin;
   (void)con;
   SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
-  PetscCall((*fault->ops->bound)(fault, x, q, dq));
+  PetscCall((*fault->cell_ops->bound)(fault, x, q, dq));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -265,7 +265,7 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 {
   PetscFunctionBegin;
   (void)con;
-  PetscCall((*((SlipFault)ctx)->ops->start_slope)((SlipFault)ctx, dq));
+  PetscCall((*((SlipFault)ctx)->cell_ops->start_slope)((SlipFault)ctx, dq));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -367,7 +367,7 @@ PetscErrorCode SlipFaultHostLift(SlipFault fault, Vec x, Vec w)
 PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 {
   PetscFunctionBegin;
-  PetscCall((*fault->ops->lift)(fault, x, w));
+  PetscCall((*fault->cell_ops->lift)(fault, x, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -436,7 +436,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
   PetscCall(SlipFaultGetShear(fault, t, &shear));
   if (shear) PetscCall(VecAXPY(force, -1, shear));
-  PetscCall((*fault->ops->smooth)(fault, &friction, w, rel, force, F));
+  PetscCall((*fault->cell_ops->smooth)(fault, &friction, w, rel, force, F));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCall(SlipFaultRestoreWork(fault, &rel));
@@ -476,7 +476,7 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
 {
   PetscFunctionBegin;
   (void)con;
-  PetscCall((*((SlipFault)ctx)->ops->add_reaction)((SlipFault)ctx, a, r, F));
+  PetscCall((*((SlipFault)ctx)->cell_ops->add_reaction)((SlipFault)ctx, a, r, F));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -498,7 +498,7 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   PetscFunctionBegin;
   (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
-  PetscCall((*((SlipFault)ctx)->ops->solve_mass)((SlipFault)ctx, k));
+  PetscCall((*((SlipFault)ctx)->cell_ops->solve_mass)((SlipFault)ctx, k));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -523,7 +523,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
 {
   PetscFunctionBegin;
   SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
-  PetscCall((*fault->ops->strength)(fault, t, w, q));
+  PetscCall((*fault->cell_ops->strength)(fault, t, w, q));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

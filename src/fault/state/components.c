@@ -4,7 +4,6 @@
    */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
-#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsys.h>
 
 /* Chooses the places of a cell's numbers in a state; before the mesh. */

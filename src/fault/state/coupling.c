@@ -212,7 +212,7 @@ static PetscErrorCode CouplingStep(SlipFault fault, TS ts, PetscInt step, PetscR
   PetscFunctionBegin;
   (void)ts;
   (void)step;
-  PetscCall((*fault->ops->bare)(fault, time, w, c->bare, &more, &least));
+  PetscCall((*fault->cell_ops->bare)(fault, time, w, c->bare, &more, &least));
   c->least = PetscMin(c->least, least);
   if (!more) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));

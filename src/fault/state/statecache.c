@@ -1,6 +1,5 @@
 /* Finds whether a state has changed since results were computed from it and cached. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/sliploops.h>
 
 /* Sets now to everything that results of the state w depend on; *same: it equals `known`, that of the cached results.
    */

@@ -10,7 +10,7 @@ PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
   PetscFunctionBegin;
   *shear = NULL;
   if (!fault->loads.shears) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*fault->ops->shear)(fault, t, shear));
+  PetscCall((*fault->cell_ops->shear)(fault, t, shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,7 +144,7 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 
   PetscFunctionBegin;
   if (fault->loads.opened || !fault->loads.pressed || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*fault->ops->opened)(fault, t, &opened));
+  PetscCall((*fault->cell_ops->opened)(fault, t, &opened));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
   if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
   fault->loads.opened = PETSC_TRUE;

@@ -83,7 +83,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 
     bound[fault->layout.state + k] = largest > 0 ? largest : PETSC_MAX_REAL;
   }
-  PetscCall((*fault->ops->outside)(fault, w, bound, &outside));
+  PetscCall((*fault->cell_ops->outside)(fault, w, bound, &outside));
   good = outside == 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);

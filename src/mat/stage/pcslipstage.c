@@ -20,6 +20,7 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatstage.h>
 #include <math.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipwork.h>
 
 typedef struct {

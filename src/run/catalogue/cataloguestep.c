@@ -249,8 +249,8 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
     if (!cat->push) PetscCall(VecDuplicate(cat->rupture, &cat->push));
     PetscCall(SlipFaultStickingPush(fault, step->begin, cat->before, cat->push));
   }
-  PetscCall((*fault->ops->rupture)(fault, step->nodes, step->node, step->share, begin, step->dt,
-                                   step->sticks ? cat->push : NULL, cat->rupture, &unbroken));
+  PetscCall((*fault->cell_ops->rupture)(fault, step->nodes, step->node, step->share, begin, step->dt,
+                                        step->sticks ? cat->push : NULL, cat->rupture, &unbroken));
   if (step->sticks) {
     PetscCallMPI(MPI_Allreduce(&unbroken, &cat->unbroken, 1, MPIU_BOOL, MPI_LOR, fault->comm));
     cat->push_known = cat->unbroken;

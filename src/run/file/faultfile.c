@@ -70,7 +70,7 @@ static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rat
     rate[0] = sums->sum[SUM_V];
     moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
   } else {
-    PetscCall((*fault->ops->moments)(fault, t, w, rate, moment));
+    PetscCall((*fault->cell_ops->moments)(fault, t, w, rate, moment));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moment, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
   }
@@ -88,7 +88,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
-  if (!r && fault->friction.law->always_slides) PetscCall((*fault->ops->traction)(fault, t, w, &r));
+  if (!r && fault->friction.law->always_slides) PetscCall((*fault->cell_ops->traction)(fault, t, w, &r));
   PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,

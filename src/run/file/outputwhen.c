@@ -103,7 +103,7 @@ static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w,
   const PetscReal dt = fault->loads.origin + time - out->when.entry_time;
 
   PetscFunctionBegin;
-  PetscCall((*fault->ops->slip)(fault, dt, w, out->when.entry_u, largest));
+  PetscCall((*fault->cell_ops->slip)(fault, dt, w, out->when.entry_u, largest));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

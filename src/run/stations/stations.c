@@ -309,7 +309,7 @@ static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *lis
     list->look.m = list->n;
     list->look.cell = list->cell;
   }
-  PetscCall((*fault->ops->look)(fault, time, w, &list->look));
+  PetscCall((*fault->cell_ops->look)(fault, time, w, &list->look));
   for (PetscInt k = 0; k < list->n; k++)
     if (list->cell[k] >= 0) list->stress[list->cell[k]] = list->look.values[width * (k + 1) - 1];
   *friction = SlipFaultCellFriction(fault, list->stress);

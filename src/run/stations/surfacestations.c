@@ -279,7 +279,7 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   PetscCall(PetscArrayzero(s->row, n));
   s->ground.m = 3 * s->n;
   s->ground.matrix = s->matrix;
-  PetscCall((*fault->ops->ground)(fault, w, s->start, &s->ground, moved, moves));
+  PetscCall((*fault->cell_ops->ground)(fault, w, s->start, &s->ground, moved, moves));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Reduce(rank ? s->row : MPI_IN_PLACE, s->row, n, MPIU_REAL, MPIU_SUM, 0, fault->comm));
   s->row[0] = time;

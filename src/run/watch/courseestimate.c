@@ -21,7 +21,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
   PetscReal sum[TIMING_SUMS] = {0};
 
   PetscFunctionBegin;
-  PetscCall((*fault->ops->course)(fault, time, w, sum));
+  PetscCall((*fault->cell_ops->course)(fault, time, w, sum));
   time += fault->loads.origin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
   while (course->n && course->node[course->n - 1].time >= time) course->n--;
@@ -30,7 +30,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
     PetscCall(PetscRealloc((size_t)course->size * sizeof(*course->node), &course->node));
   }
   course->node[course->n++] =
-    (SlipCourseNode){.time = time, .slip = sum[SUM_SLIPS] / fault->mesh.N, .rate = sum[SUM_RATE] / fault->mesh.N};
+    (SlipCourseNode){.time = time, .slip = sum[TIMING_SLIPS] / fault->mesh.N, .rate = sum[TIMING_RATE] / fault->mesh.N};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -80,22 +80,22 @@ PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *at
   PetscFunctionBegin;
   PetscCall(TSBatheGetEstimates(ts, NULL, NULL, &d));
   if (!d || !last) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*fault->ops->timing)(fault, w, e, d, sum));
-  growth = sum[SUM_GROWTH] / fault->mesh.N;
-  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[SUM_RATE] / fault->mesh.N) / 32 +
+  PetscCall((*fault->cell_ops->timing)(fault, w, e, d, sum));
+  growth = sum[TIMING_GROWTH] / fault->mesh.N;
+  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[TIMING_RATE] / fault->mesh.N) / 32 +
                                                      h * h * (timing->acceleration + growth) / 64));
   timing->acceleration = growth;
   for (PetscInt k = 0; k < 2; k++) {
-    const PetscReal along = scale * sum[SUM_ALONG], excess = scale * sum[SUM_EXCESS];
+    const PetscReal along = scale * sum[TIMING_ALONG], excess = scale * sum[TIMING_EXCESS];
 
-    if (timing->vigour > 0 && sum[SUM_VIGOUR] > 0)
-      timing->early[k] += timing->excess[k] * h * (1 + decay) / 2 * MeanInverse(timing->vigour, sum[SUM_VIGOUR]);
-    if (sum[SUM_RATE] > 0) timing->early[k] += (k ? PetscAbsReal(along) : along) / sum[SUM_RATE];
+    if (timing->vigour > 0 && sum[TIMING_VIGOUR] > 0)
+      timing->early[k] += timing->excess[k] * h * (1 + decay) / 2 * MeanInverse(timing->vigour, sum[TIMING_VIGOUR]);
+    if (sum[TIMING_RATE] > 0) timing->early[k] += (k ? PetscAbsReal(along) : along) / sum[TIMING_RATE];
     timing->excess[k] = timing->excess[k] * decay + (k ? PetscAbsReal(excess) : excess);
   }
-  timing->vigour = sum[SUM_VIGOUR];
-  if (sum[SUM_RATE] > timing->rate) {
-    timing->rate = sum[SUM_RATE];
+  timing->vigour = sum[TIMING_VIGOUR];
+  if (sum[TIMING_RATE] > timing->rate) {
+    timing->rate = sum[TIMING_RATE];
     timing->shift[0] = timing->early[0];
     timing->shift[1] = timing->early[1];
   }

@@ -66,7 +66,7 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(SlipFaultForce(fault, t, w, u, ku));
   if (!rests) PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
-  PetscCall((*fault->ops->step)(fault, t, w, e, ku, sum));
+  PetscCall((*fault->cell_ops->step)(fault, t, w, e, ku, sum));
   PetscCall(SlipFaultRestoreWork(fault, &ku));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, STEP_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
