@@ -33,6 +33,17 @@ PETSC_INTERN PetscErrorCode SlipVecLargestBlock(Vec x, PetscInt c, PetscReal *si
 PETSC_INTERN PetscErrorCode SlipVecLargestStart(Vec x, PetscInt block, PetscInt c, PetscReal *largest);
 /* Computes TSErrorWeightedNorm() of y and z. */
 PETSC_INTERN PetscErrorCode SlipVecWeightedNorm(TS ts, Vec y, Vec z, PetscReal ignore, NormType type, PetscReal *norm);
+/* Computes y = start + the sum of m vectors x by weight[0], and the norms of up to three other sums of these, by the
+   next weights, over their tolerances, in one pass if y is on a device; done: it is. */
+enum { SLIP_SUM_TERMS = 10 };
+typedef struct {
+  PetscBool finite;
+  PetscReal most[3], squares[3]; /* of each estimate: largest ratio to its tolerance, sum of squares, */
+  PetscReal count[3];            /* and entries with a tolerance, unless those of inverse */
+} SlipVecsSums;
+PETSC_INTERN PetscErrorCode SlipVecsSum(Vec start, PetscInt m, const Vec x[], const PetscReal weight[][SLIP_SUM_TERMS],
+                                        PetscInt others, Vec absolute, Vec relative, Vec y, SlipVecsSums *sums,
+                                        PetscBool *done);
 /* Creates a copy of a vector of the processor on the open device. */
 #define VECSLIPOPENCL "slipopencl"
 PETSC_INTERN PetscErrorCode SlipVecCopyThere(Vec x, Vec *there);
