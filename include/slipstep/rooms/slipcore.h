@@ -43,9 +43,6 @@ PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, 
                                         PetscReal load, PetscReal guess, PetscBool *ok);
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                          PetscInt stride, PetscReal s[], PetscReal work[]);
-PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
-PETSC_EXTERN PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q,
-                                        PetscReal v);
 PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta,
                                          const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v,

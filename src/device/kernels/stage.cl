@@ -57,7 +57,7 @@ enum { EXPONENTIAL, LINEAR, BY_RATE, CONSTANT };
 // Returns mu of a cell less its residual value, and the derivatives.
 static double excess(double law, double drop, double distance, double rate, double s, double v, double *ds, double *dv)
 {
-  const double fall = 1 / (1 + v / rate), left = drop * exp_of(-s / distance);
+  const double fall = 1 / (1 + v / rate), left = drop * SlipExp(-s / distance);
   const bool weakening = s < distance;
 
   *ds = law == EXPONENTIAL ? -left / distance : law == LINEAR && weakening ? -drop / distance : 0;
@@ -156,23 +156,6 @@ __kernel void stick_mass(int n, double mass, __global double *k)
   if (i < n) k[3 * i] = mass != 0 ? k[3 * i] / mass : 0;
 }
 
-// Does the same as SlipKickConstant() of src/core/kickrule.c.
-static double kick(double mass, double eta, double a, double g, double q, double v)
-{
-  double end = 0;
-
-  for (int turn = 0; turn < 2; turn++) {
-    const double sign = (v > 0) | ((v == 0) & (g > 0)) ? 1 : -1, push = sign * g - q, speed = fabs(v), x = eta * a / mass;
-
-    end = a / mass * push * (x > 0 ? -expm1(-x) / x : 1) + exp(-x) * speed;
-    if ((end > 0) | isnan(end)) return sign * end;
-    if ((v == 0) | (push > -2 * q)) return 0;
-    a = fmax(a - (eta > 0 ? mass / eta * log1p(eta * speed / -push) : mass * speed / -push), 0.0);
-    v = 0;
-  }
-  return 0;
-}
-
 __kernel void stick_kick(int n, double law, double mass, double a, double damped, __global const double *push, __global const double *vinf, __global double *w,
                          __global const double *eta, __global const double *cells)
 {
@@ -183,7 +166,7 @@ __kernel void stick_kick(int n, double law, double mass, double a, double damped
     double ds, dv;
     const double q = KEPT(STRESS) * (KEPT(RESIDUAL) + EXCESS(w[3 * i + 2], 0));
 
-    w[3 * i] = kick(mass, own, a, push[i] + own * vinf[i], q, w[3 * i]);
+    w[3 * i] = SlipKickConstant(mass, own, a, push[i] + own * vinf[i], q, w[3 * i]);
   }
 }
 
