@@ -156,8 +156,8 @@ __kernel void stick_mass(int n, double mass, __global double *k)
   if (i < n) k[3 * i] = mass != 0 ? k[3 * i] / mass : 0;
 }
 
-__kernel void stick_kick(int n, double law, double mass, double a, double damped, __global const double *push, __global const double *vinf, __global double *w,
-                         __global const double *eta, __global const double *cells)
+__kernel void stick_kick(int n, double law, double mass, double a, double damped, __global const double *push, __global const double *vinf, __global const double *eta,
+                         __global double *w, __global const double *cells)
 {
   const int i = get_global_id(0);
 
