@@ -174,6 +174,8 @@ PETSC_INTERN PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, 
                                                   PetscReal rate[], PetscReal displacement[], PetscReal loading[]);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more,
                                                 PetscReal *least);
+PETSC_INTERN PetscErrorCode SlipFaultDevicePut(SlipFault fault, size_t n, const PetscReal from[], const char what[],
+                                               struct _cl_mem **to);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceCells(SlipFault fault, PetscReal t, Vec w, struct _cl_mem **cells,
                                                  PetscBool *changes);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest);

@@ -452,14 +452,6 @@ static PetscErrorCode Traction(SlipFault fault, PetscReal t, Vec w, Vec *r)
 
 enum { GROUND_AT_ONCE = 12 }; /* as many numbers of the ground as kernels/record.cl sums at once */
 
-static PetscErrorCode Put(SlipFault fault, size_t n, const PetscReal from[], const char what[], struct _cl_mem **to)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceAllocate(fault->device.device, sizeof(PetscReal) * n, what, to));
-  if (from) PetscCall(SlipDevicePut(fault->device.device, n, from, *to));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Gets the state, the strength and the normal stress, from which the traction follows. */
 static PetscErrorCode Look(SlipFault fault, PetscReal t, Vec w, SlipFaultLook *look)
 {
@@ -480,8 +472,8 @@ static PetscErrorCode Look(SlipFault fault, PetscReal t, Vec w, SlipFaultLook *l
   PetscCall(PetscMalloc1((size_t)m * (size_t)width, &row));
   if (!look->places) {
     for (PetscInt k = 0; k < m; k++) row[k] = (PetscReal)look->cell[k];
-    PetscCall(Put(fault, (size_t)m, row, "stations", &look->places));
-    PetscCall(Put(fault, (size_t)m * (size_t)width, NULL, "stations", &look->out));
+    PetscCall(SlipFaultDevicePut(fault, (size_t)m, row, "stations", &look->places));
+    PetscCall(SlipFaultDevicePut(fault, (size_t)m * (size_t)width, NULL, "stations", &look->out));
   }
   PetscCall(SlipFaultDeviceCells(fault, t, w, &cells, &changing));
   changes = changing;
@@ -524,7 +516,7 @@ static PetscErrorCode Ground(SlipFault fault, Vec w, Vec start, SlipFaultLook *l
     PetscCall(PetscMalloc1(rows * columns, &a));
     for (size_t i = 0; i < columns; i++)
       for (size_t k = 0; k < rows; k++) a[k * columns + i] = look->matrix[i * rows + k];
-    PetscCall(Put(fault, rows * columns, a, "stations of the ground", &look->places));
+    PetscCall(SlipFaultDevicePut(fault, rows * columns, a, "stations of the ground", &look->places));
     PetscCall(PetscFree(a));
   }
   PetscCall(SlipFaultDeviceCells(fault, 0, NULL, &cells, NULL));

@@ -1,6 +1,7 @@
-/* Runs a fault on an OpenCL device, -fault_device: its vectors are there (VECSLIPOPENCL), and products and all that a step
-   needs of the cells are computed there (observe/cellsopencl.c); the processor gets a few numbers. -fault_device auto: a graphics card if there is one that can compute this fault, else the processor. The
-   choice replaces "auto" in the options, so that all other code has only two cases. */
+/* Runs a fault on an OpenCL device, -fault_device: its vectors are there (VECSLIPOPENCL), products and all that a step
+   needs of the cells are computed there (observe/cellsopencl.c), and the processor gets a few numbers. It computes the
+   rest from the mirrors of vectors, which are then fetched. -fault_device auto is a graphics card if there is one that
+   can compute this fault, else the processor; the choice replaces "auto" in the options. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfaultfeatures.h>

@@ -88,8 +88,9 @@ static PetscErrorCode FillCells(SlipFault fault, PetscReal a[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PutThere(SlipFault fault, size_t n, const PetscReal from[], const char what[],
-                               SlipDeviceMemory *to)
+/* Allocates n numbers on the device, and sends them unless they are NULL. */
+PetscErrorCode SlipFaultDevicePut(SlipFault fault, size_t n, const PetscReal from[], const char what[],
+                                  SlipDeviceMemory *to)
 {
   PetscFunctionBegin;
   PetscCall(SlipDeviceAllocate(fault->device.device, sizeof(PetscReal) * n, what, to));
@@ -108,11 +109,13 @@ static PetscErrorCode CreateCells(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(kept, &a));
   PetscCall(FillCells(fault, a));
-  PetscCall(PutThere(fault, kept, a, "cells", &d->cells));
+  PetscCall(SlipFaultDevicePut(fault, kept, a, "cells", &d->cells));
   PetscCall(PetscFree(a));
-  if (loads->pressed) PetscCall(PutThere(fault, n, NULL, "the pore pressure", &d->pressure));
-  if (loads->rows) PetscCall(PutThere(fault, n * (size_t)loads->rows, loads->record, "pressures", &d->record));
-  if (loads->source.distance2) PetscCall(PutThere(fault, n, loads->source.distance2, "distances", &d->distance2));
+  if (loads->pressed) PetscCall(SlipFaultDevicePut(fault, n, NULL, "the pore pressure", &d->pressure));
+  if (loads->rows)
+    PetscCall(SlipFaultDevicePut(fault, n * (size_t)loads->rows, loads->record, "pressures", &d->record));
+  if (loads->source.distance2)
+    PetscCall(SlipFaultDevicePut(fault, n, loads->source.distance2, "distances", &d->distance2));
   d->loaded = d->pressed = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -402,7 +405,7 @@ PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscR
     PetscCall(PetscMalloc1(n, &a));
     for (PetscInt i = 0; i < n; i++)
       a[i] = (PetscReal)SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
-    PetscCall(PutThere(fault, (size_t)n, a, "cells", &d->faults));
+    PetscCall(SlipFaultDevicePut(fault, (size_t)n, a, "cells", &d->faults));
     PetscCall(PetscFree(a));
   }
   PetscCall(SlipDeviceVecRead(w, &state));
