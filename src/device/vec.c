@@ -310,6 +310,21 @@ static PetscErrorCode VecPointwiseDivide_SlipOpenCL(Vec w, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode VecShift_SlipOpenCL(Vec x, PetscScalar a)
+{
+  const int n = (int)x->map->n;
+  SlipDeviceMemory to;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceVecChange(x, &to));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a), SLIP_DEVICE_ARG(to)};
+
+    PetscCall(SlipDeviceRun(Data(x)->device, KERNEL_SHIFT, (size_t)n, 1, 3, args));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode VecReciprocal_SlipOpenCL(Vec x)
 {
   const int n = (int)x->map->n;
@@ -564,6 +579,7 @@ static void FillOps(struct _VecOps *ops)
   ops->dot = ops->tdot = ops->dot_local = ops->tdot_local = VecDot_SlipOpenCL;
   ops->mdot = ops->mtdot = ops->mdot_local = ops->mtdot_local = VecMDot_SlipOpenCL;
   ops->min = VecMin_SlipOpenCL;
+  ops->shift = VecShift_SlipOpenCL;
   ops->reciprocal = VecReciprocal_SlipOpenCL;
   ops->norm = ops->norm_local = VecNorm_SlipOpenCL;
   ops->sum = VecSum_SlipOpenCL;

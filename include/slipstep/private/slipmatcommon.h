@@ -45,6 +45,8 @@ PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const 
 #define SLIP_DEVICE_BOTH "SlipMatDeviceBoth_C"
 PETSC_EXTERN PetscErrorCode SlipMatUseDevice(Mat A);
 PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);
+/* Gets the diagonal of A; on a device it is computed once and stored, in *stored. */
+PETSC_INTERN PetscErrorCode SlipMatGetDiagonal(Mat A, Vec *stored, Vec d);
 /* Texts of a matrix for -fault_view, attached by name: why its type was chosen, and what the cache did */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */

@@ -47,8 +47,7 @@ typedef struct {
   SlipGather gather;
   PetscReal *y; /* [N] */
   Vec work;
-  Vec parts[2];                    /* diagonals of K and H, on first use, */
-  PetscObjectState parts_state[2]; /* and those of K and H then, plus 1 */
+  Vec parts[2];       /* diagonals of K and H on a device, on first use */
   SlipToeplitz plane; /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
   SlipToeplitzSymbol sum; /* of B; its factors, on the processor and on a device: */
   PetscReal sum_here[3], sum_there[3];

@@ -7,6 +7,13 @@ __kernel void set(int n, double a, __global double *x)
   if (i < n) x[i] = a;
 }
 
+__kernel void shift(int n, double a, __global double *x)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) x[i] += a;
+}
+
 // Computes y = c z + the sum of m terms a x; z may be y, and is not read if c is 0.
 __kernel void combine(int n, __global double *y, double c, __global const double *z, int m, double a0, __global const double *x0, double a1,
                       __global const double *x1, double a2, __global const double *x2, double a3, __global const double *x3)

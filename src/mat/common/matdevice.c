@@ -198,6 +198,21 @@ static PetscErrorCode Route(Mat A, PetscBool lends)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipMatGetDiagonal(Mat A, Vec *stored, Vec d)
+{
+  PetscFunctionBegin;
+  if (!SlipDeviceVecIs(d)) {
+    PetscCall(MatGetDiagonal(A, d));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!*stored) {
+    PetscCall(VecDuplicate(d, stored));
+    PetscCall(MatGetDiagonal(A, *stored));
+  }
+  PetscCall(VecCopy(*stored, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes the memory that products with A need, or will need, on the device besides vectors [bytes]. Memory that two
    matrices share counts for both. */
 PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes)

@@ -115,26 +115,17 @@ PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  for (int k = 0; k < 2 && !(k && s->mean > 0); k++) { /* they are computed, and sent to a device, once */
-    PetscObjectState state;
-
-    PetscCall(PetscObjectStateGet((PetscObject)(k ? s->H : s->K), &state));
-    if (!s->parts[k]) PetscCall(VecDuplicate(d, &s->parts[k]));
-    if (s->parts_state[k] == state + 1) continue;
-    PetscCall(MatGetDiagonal(k ? s->H : s->K, s->parts[k]));
-    s->parts_state[k] = state + 1;
-  }
-  PetscCall(VecCopy(s->parts[0], d));
+  PetscCall(SlipMatGetDiagonal(s->K, &s->parts[0], d));
   PetscCall(VecScale(d, s->theta));
   if (s->weights)
     PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
-  else {
-    PetscCall(VecSet(s->work, s->mass / s->theta));
-    PetscCall(VecAXPY(d, 1, s->work));
-  }
+  else
+    PetscCall(VecShift(d, s->mass / s->theta));
   if (s->mean > 0)
     PetscCall(VecScale(d, s->mean));
-  else
-    PetscCall(VecAXPY(d, 1, s->parts[1]));
+  else {
+    PetscCall(SlipMatGetDiagonal(s->H, &s->parts[1], s->work));
+    PetscCall(VecAXPY(d, 1, s->work));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
