@@ -180,10 +180,10 @@ SLIP_VECTOR_FORMULA double SlipExp(double x)
 /* m of x = 2^exponent m, in [sqrt(1/2), sqrt(2)) */
 SLIP_VECTOR_FORMULA double SlipSplit(double x, double *exponent)
 {
-  const SlipBits one = 1, sqrt_half = 0x3fe6a09e667f3bcdUL, half = 0x4330000000000000UL, bits = SLIP_BITS_OF(x);
+  const SlipBits one = 1, sqrt_half = 0x3fe6a09e667f3bcdUL, wide = 0x4330000000000000UL, bits = SLIP_BITS_OF(x);
   const SlipBits shift = (bits - sqrt_half + (2048 * one << 52)) >> 52; /* 2048 avoids negative numbers */
 
-  *exponent = SLIP_DOUBLE_OF(half | shift) - (4503599627370496.0 + 2048);
+  *exponent = SLIP_DOUBLE_OF(wide | shift) - (4503599627370496.0 + 2048);
   return SLIP_DOUBLE_OF(bits - ((shift - 2048) << 52));
 }
 
