@@ -179,20 +179,35 @@ static PetscErrorCode Combine(Vec y, PetscReal c, Vec z, PetscInt m, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode VecSet_SlipOpenCL(Vec x, PetscScalar a)
+/* Changes all entries by a kernel with one number; `all` are written without being read. */
+static PetscErrorCode Entries(SlipDeviceKernel kernel, PetscBool all, Vec x, PetscScalar a)
 {
-  VecOnDevice *v = Data(x);
   const int n = (int)x->map->n;
   SlipDeviceMemory to;
 
   PetscFunctionBegin;
-  PetscCall(SlipDeviceVecWrite(x, &to));
+  PetscCall(all ? SlipDeviceVecWrite(x, &to) : SlipDeviceVecChange(x, &to));
   {
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a), SLIP_DEVICE_ARG(to)};
 
-    PetscCall(SlipDeviceRun(v->device, KERNEL_SET, (size_t)n, 1, 3, args));
+    PetscCall(SlipDeviceRun(Data(x)->device, kernel, (size_t)n, 1, 3, args));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode VecSet_SlipOpenCL(Vec x, PetscScalar a)
+{
+  return Entries(KERNEL_SET, PETSC_TRUE, x, a);
+}
+
+static PetscErrorCode VecShift_SlipOpenCL(Vec x, PetscScalar a)
+{
+  return Entries(KERNEL_SHIFT, PETSC_FALSE, x, a);
+}
+
+static PetscErrorCode VecReciprocal_SlipOpenCL(Vec x)
+{
+  return Entries(KERNEL_RECIPROCAL, PETSC_FALSE, x, 1);
 }
 
 static PetscErrorCode VecCopy_SlipOpenCL(Vec x, Vec y)
@@ -310,36 +325,6 @@ static PetscErrorCode VecPointwiseDivide_SlipOpenCL(Vec w, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode VecShift_SlipOpenCL(Vec x, PetscScalar a)
-{
-  const int n = (int)x->map->n;
-  SlipDeviceMemory to;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceVecChange(x, &to));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a), SLIP_DEVICE_ARG(to)};
-
-    PetscCall(SlipDeviceRun(Data(x)->device, KERNEL_SHIFT, (size_t)n, 1, 3, args));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode VecReciprocal_SlipOpenCL(Vec x)
-{
-  const int n = (int)x->map->n;
-  SlipDeviceMemory a;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceVecChange(x, &a));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
-
-    PetscCall(SlipDeviceRun(Data(x)->device, KERNEL_RECIPROCAL, (size_t)n, 1, 2, args));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Copies component `start` of the blocks of x to y, or back from y to x. */
 static PetscErrorCode Stride(SlipDeviceKernel kernel, Vec x, PetscInt start, Vec y)
 {
@@ -451,22 +436,15 @@ static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
 /* Finds the smallest entry, -infinity if one is NaN; its place is found on the mirror. */
 static PetscErrorCode VecMin_SlipOpenCL(Vec x, PetscInt *place, PetscReal *least)
 {
-  const int n = (int)x->map->n;
-  SlipDeviceMemory a;
-  PetscReal result;
+  const SlipArrays list[] = {{.vec = x}};
 
   PetscFunctionBegin;
   if (place) {
     PetscCall((*seq.min)(x, place, least));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipDeviceVecRead(x, &a));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
-
-    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_LEAST, (size_t)n, 2, args, 1, 0, &result));
-  }
-  *least = -result;
+  PetscCall(SlipDeviceArraysRun(KERNEL_LEAST, x->map->n, 0, NULL, 1, list, 1, 0, least));
+  *least = -*least;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -31,9 +31,9 @@ enum {
   TIMING_SUMS
 };
 
-/* What is done with all cells, observe/cellshost.c: a row for the processor, and one for a device, observe/cellsopencl.c,
-   which uses that of the processor for vectors and faults that its kernels do not know. Set-up chooses the row. Sums are
-   those of this process, and every other result is collective. */
+/* What is done with all cells: a row for the processor, observe/cellshost.c, and one for a device,
+   observe/cellsopencl.c, which uses that of the processor for vectors and faults that its kernels do not know. Set-up
+   chooses the row. Sums are those of this process, and every other result is collective. */
 typedef struct {
   /* stages and kicks, of the functions of SlipConstraintOps and SlipExplicitOps */
   PetscErrorCode (*eliminate)(SlipFault fault, const SlipStage *stage);

@@ -1,5 +1,5 @@
-/* Loops over the items of arrays, and questions about vectors, wherever the arrays are: on the processor, or on a device
-   if all of them are there */
+/* Loops over the items of arrays, and questions about vectors, wherever the arrays are: on the processor, or on a
+   device if all of them are there */
 #pragma once
 #include <petscts.h>
 

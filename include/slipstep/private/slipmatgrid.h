@@ -174,8 +174,8 @@ PETSC_INTERN PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz);
 PETSC_INTERN PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *symbol);
 PETSC_INTERN PetscErrorCode SlipToeplitzMult(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol, Vec x,
                                              Vec y);
-/* Computes y = (identity + stiffness K + root K^(1/2)) x. sum: the symbol of that operator, which is stored for the next
-   product; numbers: those of the stored sum on the processor and on the device, whose first is 0 for none */
+/* Computes y = (identity + stiffness K + root K^(1/2)) x, for these three factors. sum: the symbol of that operator,
+   which is stored for the next product; here, there: its factors on the processor and on the device, 0 for none */
 PETSC_INTERN PetscErrorCode SlipToeplitzMultSum(SlipToeplitz plane, const PetscReal factor[3], SlipToeplitzSymbol *sum,
                                                 PetscReal here[3], PetscReal there[3], Vec x, Vec y);
 /* 1 / f of the symbol S: f = max(max(g + slope, limit g), smallest), g = identity + root S^(1/2) + stiffness S */

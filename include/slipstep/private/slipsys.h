@@ -30,8 +30,8 @@ static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 {
   return b > a || b != b ? b : a; /* avoids a call */
 }
-/* The larger of |v| in the plane of a cell with c = 2 or 3 numbers and the size of its opening component. For Inf or NaN
-   it returns INFINITY and not PETSC_INFINITY, a quarter of the largest number, because only INFINITY exceeds all. */
+/* The larger of |v| in the plane of a cell with c = 2 or 3 numbers and the size of its opening component. For Inf or
+   NaN it returns INFINITY and not PETSC_INFINITY, a quarter of the largest number, as only INFINITY exceeds all. */
 static inline PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
 {
   const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;

@@ -145,9 +145,9 @@ SLIP_FORMULA PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal
 
 /* ---- rate and state, see src/core/ratestate.c ---- */
 
-/* Exponential and logarithm that compilers can vectorise, without calls, branches or errors, to 2 ulp. SlipExp() replaces
-   arguments below -708 by -708 and requires at most 709: with a bound there compilers would multiply e^709 in lanes
-   that discard it, which overflows under -fp_trap. SlipLog() requires a positive normal number. */
+/* Exponential and logarithm that compilers can vectorise, without calls, branches or errors, to 2 ulp. SlipExp()
+   replaces arguments below -708 by -708 and requires at most 709: with a bound there compilers would multiply e^709 in
+   lanes that discard it, which overflows under -fp_trap. SlipLog() requires a positive normal number. */
 #define SLIP_ROUNDER 6755399441055744.0 /* 1.5 * 2^52: adding it rounds a number to an integer in its low bits */
 #define SLIP_LN2_HIGH 6.93147180369123816490e-01
 #define SLIP_LN2_LOW 1.90821492927058770002e-10

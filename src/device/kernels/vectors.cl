@@ -45,12 +45,12 @@ __kernel void divide(int n, __global const double *x, __global const double *y, 
   if (i < n) z[i] = y[i] != 0 ? x[i] / y[i] : 0;
 }
 
-// Inverts entries that are not 0, as PETSc does.
-__kernel void reciprocal(int n, __global double *x)
+// Computes a / x of entries that are not 0, as PETSc does for a = 1.
+__kernel void reciprocal(int n, double a, __global double *x)
 {
   const int i = get_global_id(0);
 
-  if (i < n) x[i] = x[i] != 0 ? 1 / x[i] : 0;
+  if (i < n) x[i] = x[i] != 0 ? a / x[i] : 0;
 }
 
 // Copies entries start, start + step, ... of x to y; scatter() copies them back.

@@ -108,7 +108,8 @@ static PetscErrorCode HostTiming(SlipFault fault, Vec w, Vec e, Vec d, PetscReal
     sum[TIMING_RATE] += weight * v;
     sum[TIMING_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
     sum[TIMING_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
-    sum[TIMING_EXCESS] += inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
+    sum[TIMING_EXCESS] +=
+      inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
     sum[TIMING_VIGOUR] += inertia * v * v;
     sum[TIMING_GROWTH] += weight * acceleration;
   }
