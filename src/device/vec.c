@@ -404,8 +404,10 @@ static PetscErrorCode VecMDot_SlipOpenCL(Vec x, PetscInt m, const Vec y[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the sums of x, |x| and x^2, and the largest |x|. */
-static PetscErrorCode Norms(Vec x, PetscReal result[4])
+enum { NORMS = 5 };
+
+/* Computes the sums of x, |x| and x^2, and the largest |x| and -x. */
+static PetscErrorCode Norms(Vec x, PetscReal result[NORMS])
 {
   const int n = (int)x->map->n;
   SlipDeviceMemory a;
@@ -415,14 +417,14 @@ static PetscErrorCode Norms(Vec x, PetscReal result[4])
   {
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
 
-    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_NORMS, (size_t)n, 2, args, 4, 3, result));
+    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_NORMS, (size_t)n, 2, args, NORMS, 3, result));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
 {
-  PetscReal result[4];
+  PetscReal result[NORMS];
 
   PetscFunctionBegin;
   PetscCall(Norms(x, result));
@@ -436,21 +438,21 @@ static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
 /* Finds the smallest entry, -infinity if one is NaN; its place is found on the mirror. */
 static PetscErrorCode VecMin_SlipOpenCL(Vec x, PetscInt *place, PetscReal *least)
 {
-  const SlipArrays list[] = {{.vec = x}};
+  PetscReal result[NORMS];
 
   PetscFunctionBegin;
   if (place) {
     PetscCall((*seq.min)(x, place, least));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipDeviceArraysRun(KERNEL_LEAST, x->map->n, 0, NULL, 1, list, 1, 0, least));
-  *least = -*least;
+  PetscCall(Norms(x, result));
+  *least = -result[4];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
 {
-  PetscReal result[4];
+  PetscReal result[NORMS];
 
   PetscFunctionBegin;
   PetscCall(Norms(x, result));
