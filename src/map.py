@@ -60,7 +60,7 @@ HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "sl
            "slipstep.h": "package", "rooms.h": "package",
            "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh",
            "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic",
-           "slipdeviceopencl.h": "device",
+           "slipdeviceopencl.h": "device", "sliploops.h": "device", "slipformulas.h": "core",
            "slipoutput.h": "run/output", "sliprun.h": "run/file",
            "sliprunfiles.h": "run/file", "slipfaultloads.h": "fault/setup"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two

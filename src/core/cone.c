@@ -7,37 +7,11 @@
 #include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
-/* Natural residual in units of g: g + omega q sign(p) where cells slide, x / rho where they stick; mask is 1 where they
-   slide. slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with
-   sign(p) for sign(0); elsewhere it is 0. A row that slides against the sign of its x is no solution, and its residual
-   is not 0: p > rho omega q and x < 0 give x > rho F, so that |F| > |x| / rho. */
+/* Natural residual, mask and slope of SlipConeResidual() */
 void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                      const PetscReal dq[], const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal slope[])
 {
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal wq = omega * q[i];
-    PetscReal sign;
-
-    switch (SlipConeRegion(x[i], g[i], rho[i], wq)) {
-    case SLIP_REGION_STICK:
-      mask[i] = slope[i] = 0.0;
-      F[i] = x[i] / rho[i];
-      continue;
-    case SLIP_REGION_FREE:
-      mask[i] = 1.0;
-      slope[i] = 0.0;
-      F[i] = g[i];
-      continue;
-    case SLIP_REGION_POSITIVE:
-      sign = 1.0;
-      break;
-    default:
-      sign = -1.0;
-    }
-    mask[i] = 1.0;
-    F[i] = g[i] + sign * wq;
-    slope[i] = sign * x[i] < 0.0 ? -omega * dq[i] : omega * dq[i];
-  }
+  for (PetscInt i = 0; i < n; i++) F[i] = SlipConeResidual(omega, x[i], g[i], q[i], dq[i], rho[i], &mask[i], &slope[i]);
 }
 
 /* The same if the bound is smooth and nothing sticks: F = g + omega q sign(x), and 0 where mask is 0, because x is
@@ -57,11 +31,7 @@ void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const Pets
                     PetscReal x[], PetscReal r[])
 {
   for (PetscInt i = 0; i < n; i++) {
-    const SlipRegion region = SlipConeRegion(x[i], g[i], rho[i], omega * q[i]);
-
-    if (region == SLIP_REGION_STICK || (region == SLIP_REGION_POSITIVE && x[i] < 0.0) ||
-        (region == SLIP_REGION_NEGATIVE && x[i] > 0.0))
-      x[i] = 0.0;
+    x[i] = SlipConeStop(omega, x[i], g[i], q[i], rho[i]);
     r[i] = SlipConeReaction(omega, x[i], g[i], q[i]);
   }
 }
@@ -73,7 +43,7 @@ PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal f
   PetscBool turned = PETSC_FALSE;
 
   for (PetscInt i = 0; i < n; i++) {
-    if (!(from[i] * to[i] < 0.0 && q[i] > 0.0)) continue;
+    if (!SlipConeTurns(q[i], from[i], to[i])) continue;
     to[i] = 0.0;
     turned = PETSC_TRUE;
   }

@@ -7,30 +7,6 @@
 enum { MAX_IT = 100 };
 #define ENOUGH 1e-14 /* last relative change of the rate */
 
-/* Kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g exactly, x = eta a/M. Returns
-   mean. */
-PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
-{
-  *left = PetscExpReal(-x);
-  return x > 0 ? -(PetscReal)expm1((double)-x) / x : 1;
-}
-
-/* v after a of M dv/dt = g - eta v + r, r in -q Sign(v), with constant g and q: exact, also if the cell comes to rest
-   and reverses. The projection of M v + a g on the cone, which is the same otherwise, stops a reversing cell until the
-   next kick, or applies the friction of the end from the start on: an error of the first order in each reversal. */
-PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q, PetscReal v)
-{
-  const PetscReal sign = v > 0 || (v == 0 && g > 0) ? 1 : -1, push = sign * g - q, speed = PetscAbsReal(v);
-  PetscReal left, end, turn = 0;
-
-  end = a / mass * push * SlipKickDamping(eta * a / mass, &left);
-  end += left * speed;
-  if (end > 0 || PetscIsInfOrNanReal(end)) return sign * end;
-  if (v == 0 || push > -2 * q) return 0; /* friction holds it at rest */
-  turn = eta > 0 ? mass / eta * (PetscReal)log1p((double)(eta * speed / -push)) : mass * speed / -push;
-  return SlipKickConstant(mass, eta, PetscMax(a - turn, 0), g, q, 0);
-}
-
 /*
   SlipFrictionKick - computes the speed v of cell i with D v + omega w sigma mu(s, v) = load, 0 if friction holds it
 

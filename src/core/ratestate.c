@@ -16,9 +16,6 @@
 #include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
-/* No natural state has psi below -200; far too long steps must give finite numbers, so that they can be rejected. */
-#define MOST_HEALING 200.0
-
 /* ln(V/(2 V0)) + (f0 + b psi)/a: the logarithm of the argument of asinh, because a small a makes the argument large */
 static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
 {
@@ -50,7 +47,7 @@ void SlipRateAndState(const SlipFriction *p, const PetscReal s[], PetscReal v, P
 void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
                           PetscReal drate_ds[], PetscReal drate_dv[])
 {
-  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - *s, MOST_HEALING));
+  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - *s, SLIP_MOST_HEALING));
   PetscReal excess;
 
   if (p->slip_law) {
@@ -152,122 +149,6 @@ PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction 
 
 /* ---- the balance of many cells ---- */
 
-/* Exponential and logarithm that compilers can vectorise, without calls, branches or errors, to 2 ulp. Exp() replaces
-   arguments below -708 by -708 and requires at most 709: with a bound there compilers would multiply e^709 in lanes
-   that discard it, which overflows under -fp_trap. Log() requires a positive normal number. */
-typedef union {
-  double x;
-  uint64_t bits;
-} Word;
-
-#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: adding it rounds a number to an integer in its low bits */
-#define LN2_HIGH 6.93147180369123816490e-01
-#define LN2_LOW 1.90821492927058770002e-10
-
-static inline double Exp(double x)
-{
-  Word k, scale;
-  double r, sum;
-
-  x = x < -708 ? -708 : x;
-  k.x = x * 1.44269504088896340736 + ROUNDER;
-  r = x - (k.x - ROUNDER) * LN2_HIGH - (k.x - ROUNDER) * LN2_LOW;
-  /* Taylor series: |r| <= ln 2/2, so that the omitted term is below 1e-17 */
-  sum = 1.0 / 6227020800;
-  sum = 1.0 / 479001600 + r * sum;
-  sum = 1.0 / 39916800 + r * sum;
-  sum = 1.0 / 3628800 + r * sum;
-  sum = 1.0 / 362880 + r * sum;
-  sum = 1.0 / 40320 + r * sum;
-  sum = 1.0 / 5040 + r * sum;
-  sum = 1.0 / 720 + r * sum;
-  sum = 1.0 / 120 + r * sum;
-  sum = 1.0 / 24 + r * sum;
-  sum = 1.0 / 6 + r * sum;
-  sum = 1.0 / 2 + r * sum;
-  sum = 1 + r * sum;
-  sum = 1 + r * sum;
-  scale.bits = (k.bits + 1023) << 52;
-  return sum * scale.x;
-}
-
-/* m of x = 2^exponent m, in [sqrt(1/2), sqrt(2)) */
-static inline double Split(double x, double *exponent)
-{
-  const uint64_t sqrt_half = 0x3fe6a09e667f3bcdULL;
-  Word m, e;
-  uint64_t shift;
-
-  m.x = x;
-  shift = (m.bits - sqrt_half + (2048ULL << 52)) >> 52; /* 2048 avoids negative numbers */
-  e.bits = 0x4330000000000000ULL | shift;
-  *exponent = e.x - (4503599627370496.0 + 2048);
-  m.bits -= (shift - 2048) << 52;
-  return m.x;
-}
-
-static inline double Log(double x)
-{
-  double exponent, m = Split(x, &exponent), s = (m - 1) / (m + 1), s2 = s * s, sum; /* |s| <= 0.172 */
-
-  sum = 1.0 / 21; /* the omitted term is below 1e-17 */
-  sum = 1.0 / 19 + s2 * sum;
-  sum = 1.0 / 17 + s2 * sum;
-  sum = 1.0 / 15 + s2 * sum;
-  sum = 1.0 / 13 + s2 * sum;
-  sum = 1.0 / 11 + s2 * sum;
-  sum = 1.0 / 9 + s2 * sum;
-  sum = 1.0 / 7 + s2 * sum;
-  sum = 1.0 / 5 + s2 * sum;
-  sum = 1.0 / 3 + s2 * sum;
-  return exponent * LN2_LOW + (2 * s * s2 * sum + (2 * s + exponent * LN2_HIGH));
-}
-
-/* The same with relative errors of 1e-5 and 1.1e-5. Divisions take most of the time of a balance; this minimax
-   polynomial avoids them. */
-static inline double RoughExp(double x)
-{
-  Word k, scale;
-  double r;
-
-  x = x < -708 ? -708 : x;
-  k.x = x * 1.44269504088896340736 + ROUNDER;
-  r = x - (k.x - ROUNDER) * (LN2_HIGH + LN2_LOW);
-  scale.bits = (k.bits + 1023) << 52;
-  return scale.x * (1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120))))));
-}
-
-static inline double RoughLog(double x)
-{
-  double exponent, t = Split(x, &exponent) - 1;
-
-  return exponent * (LN2_HIGH + LN2_LOW) +
-         t * (0.99991888 + t * (-0.49923359 + t * (0.33734499 + t * (-0.27349856 + t * 0.1751314))));
-}
-
-/* The solution w of w + ln w = L, Lambert's W(e^L), L >= -708, and 1/(1 + w): a guess to a percent (Winitzki 2003), and
-   two steps of fourth order (Fritsch et al. 1973),
-
-     w (1 + z/(1 + w) (q - z)/(q - 2 z)),   z = L - ln w - w,   q = 2 (1 + w) (1 + w + 2 z/3),
-
-   where the first step may use a rough logarithm. At the second one z/(1 + w) is below 1e-4, and the quotients are 1 +
-   r + 2 r^2 with r = z/q, to rounding. */
-static inline double LambertOfExp(double L, double *inverse)
-{
-  const double x = RoughExp(L > 20 ? 20 : L), more = RoughLog(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
-  const double guess = p * (1 - RoughLog(1 + p) / (2 + p)), z = L - RoughLog(guess) - guess;
-  const double q = 2 * (1 + guess) * (1 + guess + 2.0 / 3 * z);
-  const double w = guess * (1 + z * (q - z) / ((1 + guess) * (q - 2 * z))), near = 1 / (1 + w);
-  const double a = near * (L - Log(w) - w), r = 0.5 * a * near * (1 - 2.0 / 3 * a);
-  const double solution = w * (1 + a * (1 + r * (1 + 2 * r)));
-
-  *inverse = near * (2 - (1 + solution) * near);
-  return solution;
-}
-
-/* The closed form below holds if y is this large and ln V in the range of floating-point numbers. */
-#define SINH_IS_EXP 10.0
-#define LEAST_LOG (-700.0)
 /* L of slow cells: slip rates below 1.5e-3 a sigma/eta */
 #define MOST_SLOW (-6.5)
 
@@ -294,15 +175,8 @@ enum { CHUNK = 256, AT_ONCE = 32 };
 SLIP_VECTOR static void BalanceFast(PetscInt n, const PetscReal *restrict scale, const PetscReal *restrict load,
                                     const PetscReal *restrict L, PetscReal *restrict v)
 {
-  for (PetscInt i = 0; i < n; i++) {
-    PetscReal inverse_w;
-    const PetscReal w = LambertOfExp(L[i] > MOST_SLOW ? L[i] : MOST_SLOW, &inverse_w), y = load[i] - w;
-    const PetscReal tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
-    const PetscReal V = w * scale[i] * (1 + w * tail * inverse_w) * (1 - tail);
-
-    /* an impossible rate marks the others, and those of the loop below */
-    v[i] = (y > SINH_IS_EXP) & (L[i] > MOST_SLOW) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
-  }
+  /* an impossible rate marks the others, and those of the loop below */
+  for (PetscInt i = 0; i < n; i++) v[i] = SlipBalanceRate(load[i], L[i], scale[i], MOST_SLOW);
 }
 
 /* The same where L is at most MOST_SLOW, by the series of w in e^L, which is as exact there and saves four divisions
@@ -312,12 +186,13 @@ SLIP_VECTOR static void BalanceSlow(PetscInt n, const PetscReal *restrict scale,
 {
   for (PetscInt i = 0; i < n; i++) {
     /* marked cells also need finite numbers here, or -fp_trap would end a run because of unused values */
-    const PetscReal least = L[i] > LEAST_LOG ? L[i] : LEAST_LOG, x = Exp(least < MOST_SLOW ? least : MOST_SLOW);
+    const PetscReal least = L[i] > SLIP_LEAST_LOG ? L[i] : SLIP_LEAST_LOG,
+                    x = SlipExp(least < MOST_SLOW ? least : MOST_SLOW);
     const PetscReal w =
       x * (1 - x * (1 - x * (1.5 - x * (8.0 / 3 - x * (125.0 / 24 - x * (10.8 - x * (16807.0 / 720)))))));
-    const PetscReal y = load[i] - w, tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
+    const PetscReal y = load[i] - w, tail = SlipRoughExp(y > SLIP_SINH_IS_EXP ? -2 * y : -2 * SLIP_SINH_IS_EXP);
     const PetscReal V = w * scale[i] * (1 + w * tail) * (1 - tail);
-    const PetscReal slow = (y > SINH_IS_EXP) & (L[i] > LEAST_LOG) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
+    const PetscReal slow = (y > SLIP_SINH_IS_EXP) & (L[i] > SLIP_LEAST_LOG) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
 
     v[i] = L[i] <= MOST_SLOW ? slow : v[i];
   }
@@ -362,7 +237,7 @@ SLIP_VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, 
     inverse[i] = 1 / (strength > 0 ? strength : 1); /* unused without strength */
     scale[i] = strength / eta;
     slope[i] = b[i] / a[i];
-    offset[i] = Log(eta * V0 * inverse[i]) - f0[i] / a[i];
+    offset[i] = SlipLog(eta * V0 * inverse[i]) - f0[i] / a[i];
   }
 }
 
@@ -370,11 +245,7 @@ SLIP_VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, 
 SLIP_VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip,
                                    const PetscReal *restrict s, const PetscReal *restrict v, PetscReal *restrict ds)
 {
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal age = -s[i];
-
-    ds[i] = (V0 * Exp(age < MOST_HEALING ? age : MOST_HEALING) - PetscAbsReal(v[i])) / slip[i];
-  }
+  for (PetscInt i = 0; i < n; i++) ds[i] = SlipAgingRate(V0, slip[i], s[i], PetscAbsReal(v[i]));
 }
 
 /* dpsi/dt of the slip law */
@@ -383,11 +254,7 @@ SLIP_VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *res
 {
   const PetscReal inverse = 1 / V0;
 
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal rate = PetscAbsReal(v[i]), least = rate > 1e-300 ? rate : 1e-300;
-
-    ds[i] = -rate / slip[i] * (Log(least * inverse) + s[i]);
-  }
+  for (PetscInt i = 0; i < n; i++) ds[i] = SlipSlipLawRate(inverse, slip[i], s[i], PetscAbsReal(v[i]));
 }
 
 /* Computes kept [4 n], the constants of SlipRateAndStateBalance(), valid while the normal stress does not change. */
@@ -454,7 +321,7 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
 /* ---- the friction of many cells ---- */
 
 /* mu of rates v > 0 where exp(x), the argument of asinh, is large: a (x + ln 2 + exp(-2 x)/4), to 1e-17 of x from x =
-   SINH_IS_EXP on. An impossible value marks the other cells. */
+   SLIP_SINH_IS_EXP on. An impossible value marks the other cells. */
 SLIP_VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *restrict a, const PetscReal *restrict b,
                                     const PetscReal *restrict f0, const PetscReal *restrict s,
                                     const PetscReal *restrict v, PetscReal *restrict mu)
@@ -463,10 +330,11 @@ SLIP_VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *r
 
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal rate = PetscAbsReal(v[i]), least = rate > 1e-300 ? rate : 1e-300;
-    const PetscReal x = Log(least * inverse) + (f0[i] + b[i] * s[i]) / a[i];
-    const PetscReal tail = RoughExp(x > SINH_IS_EXP ? -2 * x : -2 * SINH_IS_EXP);
+    const PetscReal x = SlipLog(least * inverse) + (f0[i] + b[i] * s[i]) / a[i];
+    const PetscReal tail = SlipRoughExp(x > SLIP_SINH_IS_EXP ? -2 * x : -2 * SLIP_SINH_IS_EXP);
 
-    mu[i] = (x > SINH_IS_EXP) & (rate > 1e-300) ? a[i] * (x + (0.69314718055994530942 + 0.25 * tail)) : PETSC_MAX_REAL;
+    mu[i] =
+      (x > SLIP_SINH_IS_EXP) & (rate > 1e-300) ? a[i] * (x + (0.69314718055994530942 + 0.25 * tail)) : PETSC_MAX_REAL;
   }
 }
 
@@ -530,7 +398,7 @@ SLIP_VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict res
                                        const PetscReal *restrict slip, const PetscReal *restrict s,
                                        PetscReal *restrict mu)
 {
-  for (PetscInt i = 0; i < n; i++) mu[i] = residual[i] + drop[i] * Exp(-s[i] / slip[i]);
+  for (PetscInt i = 0; i < n; i++) mu[i] = residual[i] + drop[i] * SlipExp(-s[i] / slip[i]);
 }
 
 /* SlipFrictionValues, independent of the rates */

@@ -30,7 +30,8 @@ static const char source[] = {
 #include "slipkernels.inc"
 };
 
-#define NAME_OF(place, name) #name,
+#define FIRST_OF(name, ...) #name,
+#define NAME_OF(place, ...) FIRST_OF(__VA_ARGS__, )
 static const char *const KernelNames[DEVICE_NUM_KERNELS] = {SLIP_DEVICE_KERNELS(NAME_OF)};
 
 /* Returns a text for errors that users may see. */

@@ -179,20 +179,35 @@ static PetscErrorCode Combine(Vec y, PetscReal c, Vec z, PetscInt m, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode VecSet_SlipOpenCL(Vec x, PetscScalar a)
+/* Changes all entries by a kernel with one number; `all` are written without being read. */
+static PetscErrorCode Entries(SlipDeviceKernel kernel, PetscBool all, Vec x, PetscScalar a)
 {
-  VecOnDevice *v = Data(x);
   const int n = (int)x->map->n;
   SlipDeviceMemory to;
 
   PetscFunctionBegin;
-  PetscCall(SlipDeviceVecWrite(x, &to));
+  PetscCall(all ? SlipDeviceVecWrite(x, &to) : SlipDeviceVecChange(x, &to));
   {
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a), SLIP_DEVICE_ARG(to)};
 
-    PetscCall(SlipDeviceRun(v->device, KERNEL_SET, (size_t)n, 1, 3, args));
+    PetscCall(SlipDeviceRun(Data(x)->device, kernel, (size_t)n, 1, 3, args));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode VecSet_SlipOpenCL(Vec x, PetscScalar a)
+{
+  return Entries(KERNEL_SET, PETSC_TRUE, x, a);
+}
+
+static PetscErrorCode VecShift_SlipOpenCL(Vec x, PetscScalar a)
+{
+  return Entries(KERNEL_SHIFT, PETSC_FALSE, x, a);
+}
+
+static PetscErrorCode VecReciprocal_SlipOpenCL(Vec x)
+{
+  return Entries(KERNEL_RECIPROCAL, PETSC_FALSE, x, 1);
 }
 
 static PetscErrorCode VecCopy_SlipOpenCL(Vec x, Vec y)
@@ -389,8 +404,10 @@ static PetscErrorCode VecMDot_SlipOpenCL(Vec x, PetscInt m, const Vec y[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the sums of x, |x| and x^2, and the largest |x|. */
-static PetscErrorCode Norms(Vec x, PetscReal result[4])
+enum { NORMS = 5 };
+
+/* Computes the sums of x, |x| and x^2, and the largest |x| and -x. */
+static PetscErrorCode Norms(Vec x, PetscReal result[NORMS])
 {
   const int n = (int)x->map->n;
   SlipDeviceMemory a;
@@ -400,14 +417,14 @@ static PetscErrorCode Norms(Vec x, PetscReal result[4])
   {
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
 
-    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_NORMS, (size_t)n, 2, args, 4, 3, result));
+    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_NORMS, (size_t)n, 2, args, NORMS, 3, result));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
 {
-  PetscReal result[4];
+  PetscReal result[NORMS];
 
   PetscFunctionBegin;
   PetscCall(Norms(x, result));
@@ -418,9 +435,24 @@ static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds the smallest entry, -infinity if one is NaN; its place is found on the mirror. */
+static PetscErrorCode VecMin_SlipOpenCL(Vec x, PetscInt *place, PetscReal *least)
+{
+  PetscReal result[NORMS];
+
+  PetscFunctionBegin;
+  if (place) {
+    PetscCall((*seq.min)(x, place, least));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Norms(x, result));
+  *least = -result[4];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
 {
-  PetscReal result[4];
+  PetscReal result[NORMS];
 
   PetscFunctionBegin;
   PetscCall(Norms(x, result));
@@ -428,7 +460,7 @@ static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same)
+PetscErrorCode SlipVecSame(Vec x, Vec y, PetscBool *same)
 {
   const PetscScalar *a, *b;
   PetscReal differ;
@@ -447,23 +479,7 @@ PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest)
-{
-  const int n = (int)(x->map->n / step), first = (int)start, apart = (int)step;
-  SlipDeviceMemory a;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceVecRead(x, &a));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(first), SLIP_DEVICE_ARG(apart),
-                                  SLIP_DEVICE_ARG(a)};
-
-    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_LARGEST, (size_t)n, 4, args, 1, 0, largest));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there)
+PetscErrorCode SlipVecCopyThere(Vec x, Vec *there)
 {
   SlipDeviceMemory memory;
 
@@ -542,6 +558,9 @@ static void FillOps(struct _VecOps *ops)
   ops->stridescatter = VecStrideScatter_SlipOpenCL;
   ops->dot = ops->tdot = ops->dot_local = ops->tdot_local = VecDot_SlipOpenCL;
   ops->mdot = ops->mtdot = ops->mdot_local = ops->mtdot_local = VecMDot_SlipOpenCL;
+  ops->min = VecMin_SlipOpenCL;
+  ops->shift = VecShift_SlipOpenCL;
+  ops->reciprocal = VecReciprocal_SlipOpenCL;
   ops->norm = ops->norm_local = VecNorm_SlipOpenCL;
   ops->sum = VecSum_SlipOpenCL;
 }

@@ -1,7 +1,7 @@
 /* The cache of products with K and H, which known.c uses: pairs of a vector and its products. A pair is found by the
    bits of its vector, so that copies of the vector are found and a vector that has been changed is not. */
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelastic.h>
+#include <slipstep/private/sliploops.h>
 
 /* K x that follows from the residual of a stage's solve has an error of the forces' rounding over that stage's theta.
    A stage whose theta is so many times longer computes the product anew. (A fault started with steps of a picosecond,
@@ -16,14 +16,14 @@ PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair
 
   PetscFunctionBegin;
   *pair = NULL;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)el), &size));
   for (PetscInt k = 0; k < el->npairs; k++) {
     PetscBool here;
 
-    PetscCall(SlipDeviceVecSame(x, el->pair[k].x, &here));
+    PetscCall(SlipVecSame(x, el->pair[k].x, &here));
     if (here) same |= 1u << k;
-    if (here && SlipDeviceVecIs(x)) break; /* device vectors are of one process, which needs only the first match */
+    if (here && size == 1) break; /* several processes need all, because the first match must be that of all */
   }
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)el), &size));
   if (size > 1)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_UNSIGNED, MPI_BAND, PetscObjectComm((PetscObject)el)));
   for (PetscInt k = 0; k < el->npairs; k++)

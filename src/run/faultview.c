@@ -15,16 +15,7 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
     viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->mesh.N,
     (int)size, least, most));
   PetscCall(SlipElasticView(fault->medium, fault->operators.tstar, viewer));
-  if (fault->device.device) {
-    char text[512];
-
-    PetscCall(SlipDeviceText(fault->device.device, text, sizeof(text)));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s, of which the fault and its integrator take up to %.3g MB%s\n",
-                                     text, 1e-6 * (double)fault->device.bytes,
-                                     fault->device.automatic ? ", by -fault_device auto" : ""));
-  } else if (fault->device.automatic)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "device: none by -%sfault_device auto, as %s\n", SlipFaultPrefix(fault),
-                                     fault->device.why));
+  PetscCall(SlipFaultDeviceView(fault, viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

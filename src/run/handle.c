@@ -93,6 +93,7 @@ static PetscErrorCode SetUp(SlipFault fault)
   PetscCall(SlipFaultMediumCreate(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
+  SlipFaultCellsChoose(fault);
   PetscCall(SlipFaultCriticalSetUp(fault));
   PetscCall(SlipFaultCouplingSetUp(fault));
   PetscCall(SlipFaultFollowSetUp(fault));

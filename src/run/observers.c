@@ -244,7 +244,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultObserversDestroy(fault));
   fault->balance.sides = 0;
   SlipProductsRun();
-  run->traffic = SlipDeviceGetTraffic();
+  SlipFaultDeviceTraffic(run->traffic);
   run->prepared = -run->before[SLIP_PRODUCTS_RUN].cost;
   SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]);
   run->prepared += run->before[SLIP_PRODUCTS_RUN].cost;
@@ -348,13 +348,12 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   SlipOutput file;
   PetscReal t, omega;
   Vec w;
-  const SlipDeviceTraffic now = SlipDeviceGetTraffic(), *before = &fault->run->traffic;
-  const struct {
+  static const struct {
     const char *name, *label;
-    PetscInt64 n;
-  } row[] = {{"device_puts", "arrays to the device", now.puts - before->puts},
-             {"device_fetches", "arrays from the device", now.fetches - before->fetches},
-             {"device_numbers", "numbers from the device", now.numbers - before->numbers}};
+  } row[] = {{"device_puts", "arrays to the device"},
+             {"device_fetches", "arrays from the device"},
+             {"device_numbers", "numbers from the device"}};
+  PetscInt64 now[3];
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
@@ -370,8 +369,9 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
   PetscCall(ProductsResult(run, file));
   /* transfers between the processor and the device since the run began */
+  SlipFaultDeviceTraffic(now);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && fault->device.device; i++)
-    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)row[i].n));
+    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)(now[i] - run->traffic[i])));
   PetscCall(SlipElasticGetFoundFrequency(fault->medium, &omega));
   if (omega > 0) PetscCall(SlipOutputAddResult(file, "largest_frequency", "largest frequency", "rad/s", omega));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));

@@ -1,5 +1,5 @@
 /* SlipConstraint: a set-valued reaction, which a problem defines by a table of operations. */
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/rooms/slipcore.h>
 
@@ -259,26 +259,20 @@ PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, 
   PetscCall((*con->ops->reduce)(con, w, con->x, con->ctx));
   PetscCall((*con->ops->bound_state)(con, t, w, con->q, con->ctx));
   PetscCall(VecGetLocalSize(con->q, &n));
-  {
-    const SlipArrays arrays[] = {{con->x, .read = &x}, {con->q, .read = &q}, {con->g, .read = &f}, {r, .write = &rr}};
-
-    if (!con->cells && SlipDeviceArraysAre(4, arrays)) {
-      PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_REACTION, n, 0, NULL, 4, arrays, 0, 0, NULL));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
+  if (!con->cells) {
+    PetscCall(SlipLoopRun(SLIP_LOOP_CONE_REACTION, n, NULL, (const Vec[]){con->x, con->q, con->g, r}, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetArrayRead(con->x, &x));
   PetscCall(VecGetArrayRead(con->q, &q));
   PetscCall(VecGetArrayRead(con->g, &f));
   PetscCall(VecGetArrayWrite(r, &rr));
-  for (PetscInt i = 0; i < n; i++)
-    if (con->cells) {
-      const PetscReal g[] = {-f[c * i], -f[c * i + 1]};
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal g[] = {-f[c * i], -f[c * i + 1]};
 
-      SlipDiskReaction(1.0, &x[c * i], g, q[i], &rr[c * i]);
-      if (c == 3) rr[c * i + 2] = q[i] > 0 ? PetscMax(-f[c * i + 2], 0) : 0;
-    } else
-      rr[i] = SlipConeReaction(1.0, PetscRealPart(x[i]), -PetscRealPart(f[i]), PetscRealPart(q[i]));
+    SlipDiskReaction(1.0, &x[c * i], g, q[i], &rr[c * i]);
+    if (c == 3) rr[c * i + 2] = q[i] > 0 ? PetscMax(-f[c * i + 2], 0) : 0;
+  }
   PetscCall(VecRestoreArrayWrite(r, &rr));
   PetscCall(VecRestoreArrayRead(con->g, &f));
   PetscCall(VecRestoreArrayRead(con->q, &q));

@@ -1,5 +1,5 @@
 /* The generalised Jacobian of the natural map, matrix-free: rows of B where sliding, identity where sticking. */
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
@@ -91,53 +91,17 @@ PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y)
 }
 
 /* Computes y = B (m x) + d x where m is not 0, and y = x elsewhere, with B (m x) in work[1]. */
-static PetscErrorCode SlipJacobianOnDevice(SlipJacobian *jac, Vec x, Vec y)
-{
-  SlipDeviceMemory mask, slope, from, product, to;
-  SlipDevice device;
-  PetscInt size;
-  int n;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceGet(&device));
-  PetscCall(VecGetLocalSize(x, &size));
-  n = (int)size;
-  PetscCall(SlipDeviceVecRead(jac->mask, &mask));
-  PetscCall(SlipDeviceVecRead(jac->slope, &slope));
-  PetscCall(SlipDeviceVecRead(x, &from));
-  PetscCall(SlipDeviceVecRead(jac->work[1], &product));
-  PetscCall(SlipDeviceVecWrite(y, &to));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n),    SLIP_DEVICE_ARG(mask),    SLIP_DEVICE_ARG(slope),
-                                  SLIP_DEVICE_ARG(from), SLIP_DEVICE_ARG(product), SLIP_DEVICE_ARG(to)};
-
-    PetscCall(SlipDeviceRun(device, KERNEL_STAGE_JACOBIAN, (size_t)n, 1, 6, args));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
 {
   SlipJacobian *jac;
   PetscInt n;
-  const PetscScalar *m, *d, *xx, *z;
-  PetscScalar *yy;
 
   PetscFunctionBegin;
   PetscCall(SlipJacobianGet(J, &jac));
   PetscCall(VecPointwiseMult(jac->work[0], jac->mask, x));
   PetscCall(MatMult(jac->B, jac->work[0], jac->work[1]));
-  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y) && SlipDeviceVecIs(jac->work[1]) && !jac->cross && !jac->row) {
-    PetscCall(SlipJacobianOnDevice(jac, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(VecGetLocalSize(x, &n));
-  const SlipArrays arrays[] = {
-    {jac->mask, .read = &m}, {jac->slope, .read = &d}, {x, .read = &xx}, {jac->work[1], .read = &z}, {y, .write = &yy}};
-
-  PetscCall(SlipArraysGet(5, arrays));
-  for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
-  PetscCall(SlipArraysRestore(5, arrays));
+  PetscCall(SlipLoopRun(SLIP_LOOP_MASKED_SUM, n, NULL, (const Vec[]){jac->mask, jac->slope, x, jac->work[1], y}, NULL));
   if (jac->cross) PetscCall(SlipAddCross(jac->cross, jac->mask, x, y));
   if (jac->C)
     PetscCall(SlipAddCoupling(jac->C, jac->row, jac->work[0], jac->cx, y));

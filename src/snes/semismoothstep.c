@@ -1,6 +1,6 @@
 /* Steps of SNES "semismooth" (semismooth.c): direction, line search, and remedies for active sets that cycle.
    SlipSearch (slipcore.h) makes the decisions. */
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
@@ -231,6 +231,7 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
     PetscCall(SlipSemismoothMoveTo(snes, con, model, lambda, x));
     if (k == 0 && !SlipSearchSuffices(last, con->merit)) {
       const PetscReal full = con->merit;
+      PetscReal count;
       PetscBool turned;
       PetscInt n;
       const PetscScalar *from, *q;
@@ -239,15 +240,13 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
         {ss->slip.work[SEMISMOOTH_XS], .read = &from}, {con->q, .read = &q}, {x, .write = &to}};
 
       PetscCall(VecGetLocalSize(con->q, &n));
-      if (!con->cells && SlipDeviceArraysAre(3, arrays)) {
-        PetscReal count;
-
-        PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_TURN, n, 0, NULL, 3, arrays, 1, 1, &count));
+      if (!con->cells) {
+        PetscCall(
+          SlipLoopRun(SLIP_LOOP_CONE_TURN, n, NULL, (const Vec[]){con->q, ss->slip.work[SEMISMOOTH_XS], x}, &count));
         turned = count > 0 ? PETSC_TRUE : PETSC_FALSE;
       } else {
         PetscCall(SlipArraysGet(3, arrays));
-        turned =
-          con->cells ? SlipDiskStopTurning(n, con->components, q, from, to) : SlipConeStopTurning(n, q, from, to);
+        turned = SlipDiskStopTurning(n, con->components, q, from, to);
         PetscCall(SlipArraysRestore(3, arrays));
       }
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turned, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));

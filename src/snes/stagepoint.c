@@ -1,7 +1,7 @@
 /* The quantities of a stage at one point: natural residual, slope and coupling of the bound, and the reaction of a
    solution. They use the loops of cone.c over rows for one component a cell, those over cells for two, and also those
    of contact.c for three. */
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -37,15 +37,6 @@ PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
   PetscFunctionBegin;
   PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns the larger of |v| in the plane of a cell and the size of its opening component. For Inf or NaN it returns
-   INFINITY and not PETSC_INFINITY, a quarter of the largest number, because only INFINITY exceeds all numbers. */
-static PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
-{
-  const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;
-
-  return PetscIsInfOrNanReal(size) || PetscIsInfOrNanReal(open) ? (PetscReal)INFINITY : PetscMax(size, open);
 }
 
 PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
@@ -99,7 +90,7 @@ static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
 /* Sets B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve. */
 PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 {
-  PetscReal qmax, cmax, dmin, *unused, *a;
+  PetscReal qmax, cmax, dmin, *a;
   PetscInt n;
 
   PetscFunctionBegin;
@@ -122,17 +113,6 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   if (con->scale == 0.0) con->scale = 1.0;
   PetscCall(SlipConstraintJacobian(con, x));
   PetscCall(MatGetDiagonal(con->B, con->rho));
-  if (!con->cells && SlipDeviceVecIs(con->rho)) {
-    const SlipArrays diagonal[] = {{con->rho, .write = &unused}};
-
-    PetscCall(VecGetLocalSize(con->rho, &n));
-    PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_INVERSE, n, 0, NULL, 1, diagonal, 1, 1, &dmin));
-    PetscCheck(dmin == 0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
-               "The stage operator has %g diagonal entries that are not positive; it must be positive definite",
-               (double)dmin);
-    if (con->ops->solve_cells) PetscCall(SlipConstraintPrescribed(con));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(VecMin(con->rho, NULL, &dmin));
   PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
              "The stage operator has the diagonal entry %g; it must be positive definite", (double)dmin);
@@ -294,11 +274,11 @@ PetscErrorCode SlipConstraintSlope(SlipConstraint con, Vec x, Vec dq, Vec slope,
 static PetscErrorCode SlipConstraintNatural(SlipConstraint con, Vec x)
 {
   PetscInt n;
-  const PetscScalar *xx, *g, *q, *dq, *rho;
+  const PetscScalar *xx, *g, *q, *dq;
   PetscScalar *F, *mask, *slope;
   const SlipArrays arrays[] = {
-    {x, .read = &xx},         {con->g, .read = &g},  {con->q, .read = &q},        {con->dq, .read = &dq},
-    {con->rho, .read = &rho}, {con->F, .write = &F}, {con->mask, .write = &mask}, {con->slope, .write = &slope}};
+    {x, .read = &xx},      {con->g, .read = &g},        {con->q, .read = &q},         {con->dq, .read = &dq},
+    {con->F, .write = &F}, {con->mask, .write = &mask}, {con->slope, .write = &slope}};
   Vec cross;
 
   PetscFunctionBegin;
@@ -308,16 +288,13 @@ static PetscErrorCode SlipConstraintNatural(SlipConstraint con, Vec x)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetLocalSize(x, &n));
-  if (!con->ops->solve_cells && SlipDeviceArraysAre(8, arrays)) {
-    PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_NATURAL, n, 1, &con->omega, 8, arrays, 0, 0, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipArraysGet(8, arrays));
-  if (con->ops->solve_cells)
+  if (con->ops->solve_cells) {
+    PetscCall(SlipArraysGet(7, arrays));
     SlipConeSmooth(n, con->omega, xx, g, q, dq, mask, F, slope);
-  else
-    SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
-  PetscCall(SlipArraysRestore(8, arrays));
+    PetscCall(SlipArraysRestore(7, arrays));
+  } else
+    PetscCall(SlipLoopRun(SLIP_LOOP_CONE_NATURAL, n, &con->omega,
+                          (const Vec[]){x, con->g, con->q, con->dq, con->rho, con->F, con->mask, con->slope}, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -351,7 +328,7 @@ PetscErrorCode SlipConstraintEvaluateKnown(SlipConstraint con, Vec x)
 static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool *same)
 {
   PetscFunctionBegin;
-  PetscCall(SlipDeviceVecSame(x, con->x, same));
+  PetscCall(SlipVecSame(x, con->x, same));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, same, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)con)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -359,49 +336,38 @@ static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool 
 /* Sets sticking cells to exactly zero, the reaction inside the cone, and the cell with the largest residual. */
 PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
 {
-  PetscInt n, rstart;
-  const PetscScalar *g, *q, *F, *rho;
+  PetscInt n, rstart, worst;
+  const PetscScalar *g, *q, *rho;
   PetscScalar *xx, *r;
   const PetscInt c = con->components;
   struct {
     double value;
     int index;
   } mine = {-1.0, -1}, all;
-  const SlipArrays arrays[] = {{x, .write = &xx},    {con->r, .write = &r}, {con->g, .read = &g},
-                               {con->q, .read = &q}, {con->F, .read = &F},  {con->rho, .read = &rho}};
+  const SlipArrays arrays[] = {
+    {x, .write = &xx}, {con->r, .write = &r}, {con->g, .read = &g}, {con->q, .read = &q}, {con->rho, .read = &rho}};
 
   PetscFunctionBegin;
   PetscCall(VecCopy(x, con->x));
   PetscCall(VecGetLocalSize(con->q, &n));
   PetscCall(VecGetOwnershipRange(con->q, &rstart, NULL));
   con->resnorm = con->norm;
-  if (!con->cells && !con->ops->solve_cells && SlipDeviceArraysAre(6, arrays)) {
-    const SlipArrays there[] = {arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]};
-
-    PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_FINISH, n, 1, &con->omega, 6, there, 0, 0, NULL));
-    con->worst = SLIP_WORST_UNKNOWN;
-    PetscCall(SlipConstraintSameAs(con, x, &con->balanced));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (!con->cells && !con->ops->solve_cells)
+    PetscCall(
+      SlipLoopRun(SLIP_LOOP_CONE_FINISH, n, &con->omega, (const Vec[]){con->g, con->q, con->rho, x, con->r}, NULL));
+  else {
+    PetscCall(SlipArraysGet(5, arrays));
+    if (con->cells && con->ops->solve_cells)
+      for (PetscInt i = 0; i < n; i++) SlipDiskReaction(con->omega, &xx[2 * i], &g[2 * i], q[i], &r[2 * i]);
+    else if (con->cells)
+      SlipDiskFinish(n, c, con->omega, g, q, rho, xx, r);
+    else
+      for (PetscInt i = 0; i < n; i++) r[i] = xx[i] > 0 ? -q[i] : q[i];
+    if (con->friction) SlipContactFinish(n, con->omega, g, rho, xx, r);
+    PetscCall(SlipArraysRestore(5, arrays));
   }
-  PetscCall(SlipArraysGet(6, arrays));
-  if (con->cells && con->ops->solve_cells)
-    for (PetscInt i = 0; i < n; i++) SlipDiskReaction(con->omega, &xx[2 * i], &g[2 * i], q[i], &r[2 * i]);
-  else if (con->cells)
-    SlipDiskFinish(n, c, con->omega, g, q, rho, xx, r);
-  else if (con->ops->solve_cells)
-    for (PetscInt i = 0; i < n; i++) r[i] = xx[i] > 0 ? -q[i] : q[i];
-  else
-    SlipConeFinish(n, con->omega, g, q, rho, xx, r);
-  if (con->friction) SlipContactFinish(n, con->omega, g, rho, xx, r);
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal size = c > 1 ? SlipBlockSize(c, F + c * i) : PetscAbsReal(F[i]);
-
-    /* NaN counts as the largest */
-    if (size <= mine.value) continue;
-    mine.value = PetscIsInfOrNanReal(size) ? PETSC_MAX_REAL : size;
-    mine.index = (int)(rstart + i);
-  }
-  PetscCall(SlipArraysRestore(6, arrays));
+  PetscCall(SlipVecLargestBlock(con->F, c, &mine.value, &worst));
+  mine.index = worst < 0 ? SLIP_WORST_UNKNOWN : (int)(rstart + worst);
   PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
   con->worst = all.index;
   PetscCall(SlipConstraintSameAs(con, x, &con->balanced));

@@ -12,7 +12,6 @@
 
    Nodes are at sums of steps, not at differences of times: after centuries the rounding of time is a part of the
    shortest steps that would enlarge the estimate, so that the controller would choose still shorter steps. */
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
 /* The order changes only if the other order allows a step longer by this factor. */
@@ -156,7 +155,7 @@ static PetscBool MayRaise(const TS_Adams *ad)
 
 /* Computes the norms of the estimates from the sums of each rank over entries with a tolerance, which ad->inverse or
    sums counts. good: all numbers are finite; useless norms become FAR_TOO_LONG. Collective. */
-static PetscErrorCode TakeNorms(TS ts, const SlipAdamsSums *sums, PetscBool inverse, PetscInt estimates, NormType type,
+static PetscErrorCode TakeNorms(TS ts, const SlipVecsSums *sums, PetscBool inverse, PetscInt estimates, NormType type,
                                 PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -190,12 +189,15 @@ static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal w
   const PetscReal *rate[SLIP_ADAMS_NODES], *start;
   SlipAdamsTolerance tolerance;
   PetscReal *to;
-  SlipAdamsSums sums;
+  Vec x[SLIP_ADAMS_NODES];
+  SlipVecsSums sums;
+  PetscBool done;
   PetscInt n;
 
   PetscFunctionBegin;
-  if (SlipDeviceVecIs(y) && (!estimates || (ts->vatol && ts->vrtol))) {
-    PetscCall(SlipAdamsSumDevice(ts, star, m, weight, estimates, y, &sums));
+  for (PetscInt j = 0; j < m; j++) x[j] = star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j];
+  PetscCall(SlipVecsSum(ad->at.start, m, x, weight, estimates, ts->vatol, ts->vrtol, y, &sums, &done));
+  if (done) {
     PetscCall(TakeNorms(ts, &sums, PETSC_FALSE, estimates, type, good));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -203,15 +205,13 @@ static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal w
   if (estimates && ts->vatol) PetscCall(VecGetArrayRead(ts->vatol, &tolerance.absolutes));
   if (estimates && ts->vrtol) PetscCall(VecGetArrayRead(ts->vrtol, &tolerance.relatives));
   PetscCall(VecGetLocalSize(y, &n));
-  for (PetscInt j = 0; j < m; j++)
-    PetscCall(VecGetArrayRead(star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j], &rate[j]));
+  for (PetscInt j = 0; j < m; j++) PetscCall(VecGetArrayRead(x[j], &rate[j]));
   PetscCall(VecGetArrayRead(ad->at.start, &start));
   PetscCall(VecGetArrayWrite(y, &to));
   SlipAdamsSum(n, start, m, rate, weight, estimates, &tolerance, to, &sums);
   PetscCall(VecRestoreArrayWrite(y, &to));
   PetscCall(VecRestoreArrayRead(ad->at.start, &start));
-  for (PetscInt j = 0; j < m; j++)
-    PetscCall(VecRestoreArrayRead(star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j], &rate[j]));
+  for (PetscInt j = 0; j < m; j++) PetscCall(VecRestoreArrayRead(x[j], &rate[j]));
   if (estimates && ts->vatol) PetscCall(VecRestoreArrayRead(ts->vatol, &tolerance.absolutes));
   if (estimates && ts->vrtol) PetscCall(VecRestoreArrayRead(ts->vrtol, &tolerance.relatives));
   PetscCall(PetscLogFlops(2.0 * (estimates + 1) * (PetscLogDouble)m * (PetscLogDouble)n));

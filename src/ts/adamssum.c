@@ -91,14 +91,14 @@ static const PetscReal *Tolerance(const PetscReal vector[], PetscReal number, Pe
    weight; sums collects its norms relative to the tolerance. finite: y and the estimates are finite. */
 void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscReal *const rate[],
                   const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, const SlipAdamsTolerance *tolerance,
-                  PetscReal y[], SlipAdamsSums *sums)
+                  PetscReal y[], SlipVecsSums *sums)
 {
   void (*const add[3][2])(PetscInt, const PetscReal *, const PetscReal *, const PetscReal *, const PetscReal *,
                           const PetscReal[][AT_ONCE], const PetscReal *, PetscReal *, PetscReal *, PetscReal *,
                           PetscReal *) = {{FirstAlone, AddAlone}, {FirstOfTwo, AddTwo}, {FirstOfThree, AddThree}};
   PetscReal e[3][CHUNK], room[2][CHUNK], all[CHUNK] = {0}, most[3][CHUNK] = {{0}}, squares[3][CHUNK] = {{0}};
 
-  *sums = (SlipAdamsSums){.finite = PETSC_TRUE};
+  *sums = (SlipVecsSums){.finite = PETSC_TRUE};
   for (PetscInt i = 0; i < n; i += CHUNK) {
     const PetscInt here = PetscMin(CHUNK, n - i);
 

@@ -1,8 +1,8 @@
 /* TSMOREAU: explicit steps with set-valued reactions. They are kick, drift and kick of the Stoermer-Verlet method, and
    each kick solves the friction cone cell by cell. Attempts, controllers, records and checkpoints are those of TSBATHE,
    of which this is a method; the type is in bathe.c. */
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipbathe.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/rooms/slipsys.h>
 
@@ -67,27 +67,12 @@ static void Exchange(Vec *a, Vec *b)
 /* Computes the expected damping of the first kick, from that of earlier steps, and its force, f less that damping. */
 static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, Vec first, Vec push)
 {
-  const PetscScalar *p, *before, *f;
-  PetscScalar *expected, *force;
+  const Vec x[] = {from->p, from->p_before, from->f, first, push};
   PetscInt n;
-  const SlipArrays arrays[] = {{from->p, .read = &p},
-                               {from->p_before, .read = &before},
-                               {from->f, .read = &f},
-                               {first, .write = &expected},
-                               {push, .write = &force}};
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(push, &n));
-  if (SlipDeviceArraysAre(5, arrays)) {
-    PetscCall(SlipDeviceArraysRun(KERNEL_MOREAU_FIRST, n, 1, &weight, 5, arrays, 0, 0, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipArraysGet(5, arrays));
-  for (PetscInt i = 0; i < n; i++) {
-    expected[i] = weight == 1 ? p[i] : weight * p[i] + (1 - weight) * before[i];
-    force[i] = f[i] - expected[i];
-  }
-  PetscCall(SlipArraysRestore(5, arrays));
+  PetscCall(SlipLoopRun(SLIP_LOOP_MOREAU_FIRST, n, &weight, x, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,24 +80,12 @@ static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, 
    from the one before. */
 static PetscErrorCode SecondPush(Vec f, Vec inner, Vec first, Vec before, PetscReal share, Vec push, Vec p_end)
 {
-  const PetscScalar *a, *p, *expected, *last;
-  PetscScalar *force, *end;
+  const Vec x[] = {f, inner, first, before, push, p_end};
   PetscInt n;
-  const SlipArrays arrays[] = {{f, .read = &a},         {inner, .read = &p},     {first, .read = &expected},
-                               {before, .read = &last}, {push, .write = &force}, {p_end, .write = &end}};
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(push, &n));
-  if (SlipDeviceArraysAre(6, arrays)) {
-    PetscCall(SlipDeviceArraysRun(KERNEL_MOREAU_SECOND, n, 1, &share, 6, arrays, 0, 0, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipArraysGet(6, arrays));
-  for (PetscInt i = 0; i < n; i++) {
-    force[i] = a[i] - 2 * p[i] + expected[i];
-    end[i] = p[i] + share * (p[i] - last[i]);
-  }
-  PetscCall(SlipArraysRestore(6, arrays));
+  PetscCall(SlipLoopRun(SLIP_LOOP_MOREAU_SECOND, n, &share, x, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -258,32 +231,13 @@ static PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscReal before = ba->moreau.dt_before, share = before > 0 ? h * h / (6 * (h + before)) : h / 6;
-  const PetscReal slope = before > 0 ? share * h / before : 0;
-  const PetscScalar *k0, *k1, *k2, *w0, *w2, *mark;
-  PetscScalar *a;
+  const PetscReal numbers[] = {h, share, before > 0 ? share * h / before : 0};
+  const Vec x[] = {ba->K0, ba->moreau.K_before, ba->K2, ba->X0, ba->Y[1], ba->moreau.rows, e};
   PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(e, &n));
-  {
-    const SlipArrays arrays[] = {
-      {ba->K0, .read = &k0},   {ba->moreau.K_before, .read = &k1}, {ba->K2, .read = &k2}, {ba->X0, .read = &w0},
-      {ba->Y[1], .read = &w2}, {ba->moreau.rows, .read = &mark},   {e, .write = &a}};
-    const PetscReal numbers[] = {h, share, slope};
-
-    if (SlipDeviceArraysAre(7, arrays)) {
-      PetscCall(SlipDeviceArraysRun(KERNEL_MOREAU_ERROR, n, 3, numbers, 7, arrays, 0, 0, NULL));
-      PetscCall(TSBatheDropSticking(ts, ba->Y[1], e));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(SlipArraysGet(7, arrays));
-    for (PetscInt i = 0; i < n; i++)
-      if (mark[i] != 2)
-        a[i] = share * (k2[i] - k0[i]) - (before > 0 ? slope * (k0[i] - k1[i]) : 0);
-      else
-        a[i] = 2.0 / 3.0 * (w2[i] - w0[i] - 0.5 * h * (k0[i] + k2[i]));
-    PetscCall(SlipArraysRestore(7, arrays));
-  }
+  PetscCall(SlipLoopRun(SLIP_LOOP_MOREAU_ERROR, n, numbers, x, NULL));
   PetscCall(TSBatheDropSticking(ts, ba->Y[1], e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,11 +5,9 @@ static const char help[] = "What a policy and classical controllers need for an 
                            "  dials -problem rupture -train_family thrusts.opts   (a user's own faults)\n"
                            "Prints tables in Markdown.\n\n";
 
-#include "cmaes/cmatrain.h"
 #include "common/options.h"
 #include "dials/ladder.h"
 #include "environment/family.h"
-#include "dials/tolerances.h"
 #include <slipcompat.h>
 #include <slipstep/rooms.h>
 
@@ -62,7 +60,7 @@ static PetscErrorCode ReadOptions(Options *o)
     if (!strcmp(ProblemTable[i]->name, names[k])) o->problem = ProblemTable[i];
   PetscCheck(!o->cost || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-cost: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
-  return CMACheckFamily(o->problem, o->family);
+  return ProblemCheckFamily(o->problem, o->family);
 }
 
 /* run [DIALS][n] */

@@ -142,7 +142,7 @@ with h5py.File("whole.h5") as whole, h5py.File("first.h5") as first, h5py.File("
     assert not np.array_equal(whole["mean"], first["mean"])
 EOF
 done
-# A family of faults: a training, TQC on the same draws, and files that are refused
+# A family of faults: a training, and files that are refused
 family() { printf '%s\n' "$@" >family.opts; }
 bad() { # word, line... of a family that is refused by it
   family "${@:2}"
@@ -151,8 +151,6 @@ bad() { # word, line... of a family that is refused by it
 cp "$SLIPSTEP_SOURCE/examples/family.opts" good.opts
 "${tiny[@]}" -train_family good.opts -train_output family.h5 >out.txt 2>&1 || fail "a training on a family: $(cat out.txt)"
 cmp -s family.h5 p.h5 && fail "a family that changes nothing"
-"$bin/train" -train_problem fault_dial -train_reward dial -train_random -train_family good.opts -train_steps 40 -train_learning_starts 30 \
-  -train_output tqc.h5 >out.txt 2>&1 || fail "TQC on a family: $(cat out.txt)"
 bad "-train_family family.opts: line 1" "-fault_lenght_x 5e3:20e3"
 bad "line 2: -fault_length_x" "# comment" "-fault_length_x 5e3:"
 bad "-fault_length_x" "-fault_length_x 20e3:5e3"

@@ -8,14 +8,10 @@ train=("$bin/train" -train_steps 10 -train_output refused.h5)
 refuses -train_problem pendulum fault sliding_mode circuit -- "${train[@]}" -train_problem pendulum
 refuses -train_algorithm dqn tqc td3 -- "${train[@]}" -train_algorithm dqn
 refuses -train_reward nonsense published accuracy -- "${train[@]}" -train_reward nonsense
-refuses "-train_reward" -- "${train[@]}" -train_reward dial
-refuses "-train_random" -- "${train[@]}" -train_problem fault_dial -train_reward dial
 refuses -train_cost days iterations wall -- "${train[@]}" -train_cost days
 refuses -train_steps -- "${train[@]}" -train_steps 0
 refuses "-train_drop_quantiles is 25" -- "${train[@]}" -train_drop_quantiles 25
 refuses "-train_network is 0" -- "${train[@]}" -train_network 64,0
-refuses -train_noise gsde gaussian -- "${train[@]}" -train_noise white
-refuses "-train_noise gsde" "-train_algorithm tqc" -- "${train[@]}" -train_algorithm td3 -train_noise gsde
 refuses "-train_policy_delay is 0" -- "${train[@]}" -train_policy_delay 0
 refuses "-train_hidden is 0" -- "${train[@]}" -train_hidden 0
 refuses "-train_batch is -1" -- "${train[@]}" -train_batch -1

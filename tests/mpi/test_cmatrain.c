@@ -23,11 +23,12 @@ static PetscErrorCode Train(MPI_Comm comm, const char extra[], PetscInt *n, doub
   PetscCall(Options(extra, &o));
   PetscCall(CMATrainerCreate(comm, &o, &t));
   PetscCall(CMATrainerRun(&t));
-  *n = t.loop.es.n;
-  PetscCall(PetscMalloc1(2 * t.loop.es.n, result));
-  PetscCall(PetscArraycpy(*result, t.loop.es.mean, t.loop.es.n));
-  PetscCall(PetscArraycpy(*result + t.loop.es.n, t.best, t.loop.es.n));
-  return CMATrainerDestroy(&t);
+  *n = t.es.n;
+  PetscCall(PetscMalloc1(2 * t.es.n, result));
+  PetscCall(PetscArraycpy(*result, t.es.mean, t.es.n));
+  PetscCall(PetscArraycpy(*result + t.es.n, t.best, t.es.n));
+  PetscCall(CMATrainerDestroy(&t));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Compare(PetscInt n, const double a[], const double b[], const char what[])

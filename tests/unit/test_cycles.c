@@ -49,12 +49,10 @@ static double largest_eigenvalue(Mat K)
 
     ok(VecZeroEntries(x));
     ok(VecSetValue(x, j, 1, INSERT_VALUES));
-    ok(VecAssemblyBegin(x));
-    ok(VecAssemblyEnd(x));
+    ok(VecAssemble(x));
     ok(MatMult(K, x, y));
-    ok(VecGetArrayRead(y, &a));
+    a = VecRead(y);
     for (PetscInt i = 0; i < N; i++) A[j * N + i] = a[i];
-    ok(VecRestoreArrayRead(y, &a));
   }
   LAPACKsyev_("N", "U", &n, A, &n, value, work, &lwork, &info);
   assert_int_equal(info, 0);
@@ -68,7 +66,6 @@ static void relaxation(void **state)
 {
   const PetscReal rate[] = {1e-6, 1};
 
-  (void)state;
   for (int k = 0; k < 2; k++) {
     SlipFault fault = fault_of(rate[k]);
     const double sigma_a = 25e6 * 0.01;
@@ -105,11 +102,8 @@ static void relaxation(void **state)
 
 static PetscErrorCode Decay(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)ts, (void)t, (void)ctx;
   PetscCall(VecCopy(y, f));
-  PetscCall(VecScale(f, -1));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return VecScale(f, -1);
 }
 
 /* y' = -y from 1 with constant steps by formulas of order 2 */
@@ -143,7 +137,6 @@ static void stability(void **state)
 {
   double error[2];
 
-  (void)state;
   assert_true(fabs(decayed(2.9, 400)) < 1e-3);
   assert_true(fabs(decayed(3.1, 400)) > 1e3);
   for (int k = 0; k < 2; k++) error[k] = fabs(decayed(0.02 / (1 + k), 50 * (1 + k)) - exp(-1));
@@ -278,7 +271,6 @@ static void is_default(void **state)
   TSAdapt adapt;
   TS ts;
 
-  (void)state;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(cases); k++) {
     fault = fault_of(1e-6);
     if (k == 1) ok(SlipFaultSetReal(fault, "accuracy", 1e-3));
@@ -365,7 +357,6 @@ static void quiet_cells(void **state)
     const char *type, *adapt;
   } runs[] = {{TSADAMS, TSADAPTPI}, {TSADAMS, TSADAPTBASIC}, {TSRK, TSADAPTBASIC}};
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     const double alone = steps_of(CORNER, runs[k].type, runs[k].adapt, NULL);
     const double beside = steps_of(16 * CORNER, runs[k].type, runs[k].adapt, NULL);
@@ -385,11 +376,9 @@ static PetscInt compared; /* steps */
 static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[], const SlipAttempt *last,
                             PetscBool guarded, PetscReal *h, void *ctx)
 {
-  PetscFunctionBegin;
-  (void)adapt, (void)ts, (void)n, (void)last, (void)guarded, (void)ctx;
   told = obs[0];
   *h = 1e3;
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* The mean rate by hand, against what was observed of this state when the step was judged, and what is said of it
@@ -399,24 +388,20 @@ static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ct
   SlipFault fault = (SlipFault)ctx;
   SlipFaultObservables o;
   PetscReal sum = 0, mean = 0, tstar;
-  const PetscReal *a;
+  const PetscReal *a = VecRead(w);
 
-  PetscFunctionBegin;
-  (void)ts;
-  PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < N; i++) {
     sum += PetscAbsReal(a[3 * i]) / N;
     mean += a[3 * i] / N;
   }
-  PetscCall(VecRestoreArrayRead(w, &a));
   PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &o));
   assert_true(fabs(o.mean_slip_rate - mean) <= 1e-13 * sum);
   PetscCall(SlipFaultGetTimeScale(fault, &tstar));
-  if (step < 2) PetscFunctionReturn(PETSC_SUCCESS); /* the first state is observed by nobody */
+  if (step < 2) return PETSC_SUCCESS; /* the first state is observed by nobody */
   compared++;
   if (fabs(told - log10(sum * tstar / 0.14)) > 1e-9)
     fail_msg("step %d: observed %.12g, is %.12g", (int)step, (double)told, log10(sum * tstar / 0.14));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return PETSC_SUCCESS;
 }
 
 /* Of all explicit types; the fifth order pair's last stage is not the step's end. */
@@ -424,7 +409,6 @@ static void sums_are_of_now(void **state)
 {
   const char *const names[] = {"log_mean_velocity"}, *const pairs[] = {NULL, TSRK3BS, TSRK5F};
 
-  (void)state;
   for (int k = 0; k < 3; k++) {
     SlipFault fault = fault_of(1e-6);
     TSAdapt adapt;
@@ -459,7 +443,6 @@ static void sums_are_of_the_load(void **state)
   Vec w, F;
   TS ts;
 
-  (void)state;
   ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
   ok(VecDuplicate(w, &F));
   ok(VecGetArray(w, &a));

@@ -81,7 +81,7 @@ static void Products(const char what[], Mat K, Mat D)
   ok(MatMult(K, u, w));
   end = SlipDeviceGetTraffic();
   assert_true(end.puts == start.puts && end.fetches == start.fetches && end.numbers == start.numbers);
-  ok(SlipDeviceVecSame(v, w, &same));
+  ok(SlipVecSame(v, w, &same));
   assert_true(same);
   ok(MatHasOperation(K, MATOP_SCALE, &same));
   if (same) {
@@ -113,9 +113,9 @@ static void Both(Mat K, Mat Kn)
   ok(MatSlipStiffnessMultBoth(K, Kn, u, g, m));
   end = SlipDeviceGetTraffic();
   assert_true(end.puts == start.puts && end.fetches == start.fetches && end.numbers == start.numbers);
-  ok(SlipDeviceVecSame(f, g, &same));
+  ok(SlipVecSame(f, g, &same));
   assert_true(same);
-  ok(SlipDeviceVecSame(n, m, &same));
+  ok(SlipVecSame(n, m, &same));
   assert_true(same);
   ObjectsDestroy(&u, &f, &n, &g, &m);
 }

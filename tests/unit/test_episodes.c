@@ -10,56 +10,6 @@ static SlipPolicy policy(double h, double slope)
   return PolicyOfOne("log_accuracy", slope, atanh(log10(h) / 2) + 2 * slope, 1e2);
 }
 
-/* EnvActorFn: an action that never changes */
-static PetscErrorCode same(const EnvMoment *m, PetscReal *action, PetscBool *stop, void *ctx)
-{
-  *action = *(const PetscReal *)ctx;
-  return 0;
-}
-
-/* The rewards of "dial" add up to the price of the attempts and the penalties of the episode's cost, that of an
-   independent run by the library. Both do the same steps: nothing but the order of sums differs. */
-static void rewards(void **state)
-{
-  SlipPolicy steps = policy(2, 0); /* long ones, so that there are penalties */
-  PetscReal action = log10(2) / 2;
-  EnvOptions o = {.problem = &ProblemDial,
-                  .nobs = 1,
-                  .scale = {1},
-                  .dt_min = 1e-2,
-                  .dt_max = 1e2,
-                  .dt_min_unit = "T*",
-                  .dt_max_unit = "T*",
-                  .log_spacing = PETSC_TRUE,
-                  .continuation = 0.2};
-  char name[] = "log_accuracy";
-
-  o.names[0] = name;
-  ok(RewardFind("dial", &o.reward));
-  for (int k = 0; k < 2; k++) { /* one cell, and a mesh */
-    EnvInstance instance = {.drawn = PETSC_TRUE, .value = {12 + k, k ? 0.1 : 0.9, 1e-2}};
-    Environment env;
-    EnvResult r;
-    EpisodeResult run;
-    Episode *e;
-
-    ok(EnvCreate(&o, &env));
-    ok(ProblemDial.reference_create(&o, &instance, &instance.reference));
-    ok(EnvRunInstance(&env, &instance, same, &action, &r));
-    ok(EnvInstanceDestroy(&o, &instance));
-    ok(EpisodeCreate(NULL, (uint64_t)(12 + k), k ? 7 : 1, &e));
-    ok(EpisodeRunLibrary(e, steps, 1e-2, &run));
-    assert_true(r.finished && run.done == 1 && run.solves == r.attempts);
-    AssertNear(r.error[0], run.error / 1e-2, 1e-9);
-    const double penalties = EpisodeCost(&run, 1e-2) - log((double)run.solves + 1);
-
-    AssertLess(0.1, penalties);
-    AssertLess(fabs(r.total + penalties + (double)run.solves / (2.5 * pow(1e-2, -0.36))), 1e-8);
-    ok(EpisodeDestroy((void **)&e));
-  }
-  ok(SlipPolicyDestroy(&steps));
-}
-
 static void penalty(void **state)
 {
   assert_true(EpisodePenalty(0) == 0 && EpisodePenalty(0.5) == 0);
@@ -376,5 +326,4 @@ static void draws(void **state)
   assert_true(high > 10 * low);
 }
 
-SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_explicit, plain_products, plain_small, draws,
-           rewards)
+SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_explicit, plain_products, plain_small, draws)

@@ -63,7 +63,7 @@ static void test_resume_same_bits(void **state)
 {
   static const char *const runs[] = {"-train_random -train_reward accuracy",
                                      "-train_algorithm td3 -train_problem circuit -train_random -train_reward balanced",
-                                     "-train_problem sliding_mode -train_noise gaussian -train_network 16,8"};
+                                     "-train_problem sliding_mode -train_network 16,8"};
   const char *checkpoint = "test_train_checkpoint.h5";
 
   for (int i = 0; i < 3; ++i) {
@@ -122,13 +122,14 @@ static void test_transfer(void **state)
   assert_int_equal(remove(checkpoint), 0);
 }
 
-/* The stored policy answers what the trained actor answers: with its clamped head, with the plain one, and TD3's. */
+/* The stored policy answers what the trained actor answers: with its clamped head, and TD3's. */
 static void test_policy_file(void **state)
 {
-  static const char *const runs[] = {"-train_network 32", "-train_noise gaussian", "-train_algorithm td3"};
+  static const char *const runs[] = {"-train_network 32", "-train_algorithm td3"};
   const char *file = "test_train_policy.h5";
 
-  for (int i = 0; i < 3; ++i) {
+  (void)state;
+  for (int i = 0; i < 2; ++i) {
     PetscReal obs[ENV_MAX_OBS] = {0.8, 0.1, 0.05, 1, 0.3, 0.02}, action;
     char text[128];
     TrainOptions o;

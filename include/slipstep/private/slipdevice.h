@@ -4,6 +4,7 @@
    called. */
 #pragma once
 #include <petscvec.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsys.h>
 
 typedef struct _n_SlipDevice *SlipDevice;
@@ -59,8 +60,9 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_KERNELS_COMMON(X)                                                                                         \
   X(FOLD, fold_groups)
 #define SLIP_KERNELS_VECTORS(X)                                                                                        \
-  X(SET, set) X(COMBINE, combine) X(MULTIPLY, multiply) X(DIVIDE, divide) X(GATHER, gather) X(SCATTER, scatter)        \
-  X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(DIFFER, differ)
+  X(SET, set) X(SHIFT, shift) X(COMBINE, combine) X(MULTIPLY, multiply) X(DIVIDE, divide) X(GATHER, gather)            \
+  X(SCATTER, scatter)                                                                                                  \
+  X(RECIPROCAL, reciprocal) X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(DIFFER, differ)
 #define SLIP_KERNELS_DENSE(X)                                                                                          \
   X(DENSE_PARTS, dense_parts) X(DENSE_SUM, dense_sum)
 #define SLIP_KERNELS_HMAT(X)                                                                                           \
@@ -73,24 +75,21 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   X(ADAMS, adams) X(ADAMS_NORMS, adams_norms)
 #define SLIP_KERNELS_RATESTATE(X)                                                                                      \
   X(FAULT_RATES, fault_rates) X(FAULT_RATES_2, fault_rates_2) X(FAULT_OTHERS, fault_others)                            \
-  X(FAULT_DERIVATIVE, fault_derivative) X(FAULT_DERIVATIVE_2, fault_derivative_2) X(FAULT_TAKE, fault_take)            \
-  X(FAULT_PLACE, fault_place) X(FAULT_FASTEST, fault_fastest)                                                          \
+  X(FAULT_DERIVATIVE, fault_derivative) X(FAULT_DERIVATIVE_2, fault_derivative_2)            \
+                                                            \
   X(FAULT_OUTSIDE, fault_outside) X(FAULT_RELAXATION, fault_relaxation) X(FAULT_SUMS, fault_sums)                      \
   X(FAULT_POWERS, fault_powers) X(FAULT_SHARE, fault_share) X(FAULT_SLIP, fault_slip)
 #define SLIP_KERNELS_LOADS(X)                                                                                          \
   X(FAULT_PRESSURE, fault_pressure) X(FAULT_SHEAR, fault_shear) X(FAULT_LOAD, fault_load)                              \
   X(FAULT_STRENGTH, fault_strength) X(FAULT_OPEN, fault_open) X(FAULT_BARE, fault_bare)
 #define SLIP_KERNELS_STAGE(X)                                                                                          \
-  X(PLANE_PAD, plane_pad) X(PLANE_INVERSE, plane_inverse) X(PLANE_TAKE, plane_take) X(CHOOSE, choose)                  \
-  X(STAGE_JACOBIAN, stage_jacobian) X(STAGE_NATURAL, stage_natural) X(STAGE_FINISH, stage_finish)                      \
-  X(STAGE_REACTION, stage_reaction) X(STAGE_INVERSE, stage_inverse) X(STAGE_STICKING, stage_sticking)                  \
-  X(STAGE_DROP, stage_drop) X(MOREAU_FIRST, moreau_first) X(MOREAU_SECOND, moreau_second)                              \
-  X(MOREAU_ERROR, moreau_error) X(WEIGHTED_NORM, weighted_norm) X(STICK_ELIMINATE, stick_eliminate)                    \
+  X(PLANE_PAD, plane_pad) X(PLANE_INVERSE, plane_inverse) X(PLANE_TAKE, plane_take)                                    \
+  X(WEIGHTED_NORM, weighted_norm) X(STICK_ELIMINATE, stick_eliminate)                                                  \
   X(STICK_BOUND, stick_bound) X(STICK_START_SLOPE, stick_start_slope) X(STICK_STRENGTH, stick_strength)                \
   X(STICK_LIFT, stick_lift) X(STICK_SMOOTH, stick_smooth) X(STICK_ADD_REACTION, stick_add_reaction)                    \
   X(STICK_MASS, stick_mass) X(STICK_KICK, stick_kick) X(STICK_DRIFT, stick_drift) X(STICK_SUMS, stick_sums)            \
   X(STICK_MODE, stick_mode) X(STICK_ESTIMATES, stick_estimates) X(STICK_STEP, stick_step)                              \
-  X(STICK_TIMING, stick_timing) X(STICK_POWERS, stick_powers) X(STAGE_TURN, stage_turn)
+  X(STICK_TIMING, stick_timing) X(STICK_POWERS, stick_powers)
 #define SLIP_KERNELS_RECORD(X)                                                                                         \
   X(FAULT_LOOK, fault_look) X(FAULT_GROUND, fault_ground) X(FAULT_RUPTURE, fault_rupture)
 #define SLIP_DEVICE_KERNELS(X)                                                                                         \
@@ -104,10 +103,11 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_RATESTATE(X)                                                                                            \
   SLIP_KERNELS_LOADS(X)                                                                                                \
   SLIP_KERNELS_RECORD(X)                                                                                               \
-  SLIP_KERNELS_STAGE(X)
+  SLIP_KERNELS_STAGE(X)                                                                                                \
+  SLIP_LOOPS(X)
 /* clang-format on */
 
-#define SLIP_KERNEL_PLACE(place, name) KERNEL_##place,
+#define SLIP_KERNEL_PLACE(place, ...) KERNEL_##place,
 typedef enum { SLIP_DEVICE_KERNELS(SLIP_KERNEL_PLACE) DEVICE_NUM_KERNELS } SlipDeviceKernel;
 
 /* An argument of a kernel: int, double, memory or a struct of them */
@@ -147,12 +147,6 @@ PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);
    no other code may access the vectors; lend.c */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsLend(PetscInt n, PetscInt read, const Vec x[], Vec host[]);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsReturn(PetscInt n, const Vec x[], Vec host[]);
-/* Compares the local entries of two vectors, on the device or not, bit by bit; on the device -0 equals 0. */
-PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same);
-/* Creates a copy on the device of a vector of the processor. */
-PETSC_INTERN PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there);
-/* Largest |x| of entries start, start + step, ... */
-PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
 
 /* ---- run.c: loops over arrays ---- */
 PETSC_INTERN PetscBool SlipDeviceArraysAre(PetscInt n, const SlipArrays list[]);

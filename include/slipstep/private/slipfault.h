@@ -9,7 +9,8 @@
 #include <slipstep/rooms/sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/sliprunoutput.h>
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/slipfaultcells.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipmesh.h>
@@ -129,7 +130,8 @@ struct _p_SlipFault {
   SlipFaultStage stage;
   SlipFaultSettled settled;
   SlipFaultDevice device;
-  SlipFaultBalance balance; /* if all cells slide: the slip rates of the last evaluated state */
+  const SlipFaultCellsOps *cell_ops; /* operations on the cells, by where these are */
+  SlipFaultBalance balance;          /* if all cells slide: the slip rates of the last evaluated state */
   SlipFaultResolution resolution;
   SlipProblemOps problem;  /* functions that its TS calls */
   PetscBool corner_passed; /* a constant step passed one, and the warning was printed */
@@ -275,6 +277,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w
 /* components.c */
 PETSC_INTERN PetscErrorCode SlipFaultChooseComponents(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultMove(SlipFault fault, PetscInt offset, PetscBool back, Vec w, Vec x);
 PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of w as vectors of slip */
 PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u);
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
@@ -290,15 +293,6 @@ PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, co
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
-/* devicestick.c: loops over cells whose friction sticks, by the processor's arrays; true if the device can run them */
-PETSC_INTERN PetscBool SlipFaultSticksOnDevice(SlipFault fault, PetscInt n, const SlipArrays list[]);
-PETSC_INTERN PetscErrorCode SlipFaultStickRun(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
-                                              const PetscReal number[], PetscInt n, const SlipArrays list[]);
-PETSC_INTERN PetscErrorCode SlipFaultStickShear(SlipFault fault, Vec *shear); /* replaces it by a copy on the device */
-/* The same for a kernel that evaluates friction: its law comes first, cached numbers of cells come last */
-PETSC_INTERN PetscErrorCode SlipFaultStickFriction(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
-                                                   const PetscReal number[], PetscInt n, const SlipArrays list[],
-                                                   PetscInt results, PetscInt sums, PetscReal result[]);
 PETSC_INTERN PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear); /* borrowed, NULL: none */
 PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
 /* coupling.c */

@@ -34,7 +34,7 @@ typedef struct {
   PetscReal *kept;    /* cached numbers of the law; NULL if the normal stress changes */
 } SlipFaultBalance;
 
-/* faultdevice.c: where steps are computed, -fault_device */
+/* devicechoice.c, devicecells.c: where steps are computed, -fault_device */
 typedef struct {
   struct _n_SlipDevice *device;                  /* NULL: on the processor */
   PetscReal bytes;                               /* upper bound of the memory of fault and integrator there */
@@ -52,13 +52,6 @@ typedef struct {
   PetscObjectState shear_state;
   Vec sticking; /* cached numbers of cells whose friction sticks; NULL until used */
 } SlipFaultDevice;
-
-/* devicerecord.c: numbers of some cells, and displacements of the ground, which observers read after each step */
-typedef struct {
-  PetscInt m;                   /* cells, or numbers of the ground */
-  struct _cl_mem *places, *out; /* [m], [m][2 components + 3]; or the matrix of the ground [m][components n] */
-  PetscReal *values;            /* of the cells: state, strength, normal stress where it changes [m][] */
-} SlipFaultDeviceLook;
 
 /* faultconstraint.c: the present stage: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
@@ -158,15 +151,15 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
-/* faultdevice.c: for states on the device, SlipFaultOnDevice() */
+/* devicechoice.c; devicecells.c, for states on the device, SlipFaultOnDevice() */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceChoose(SlipFault fault); /* devicechoice.c */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceRoom(SlipFault fault, PetscBool *room);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceView(SlipFault fault, PetscViewer viewer);
+PETSC_INTERN void SlipFaultDeviceTraffic(PetscInt64 traffic[3]);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn);
 PETSC_INTERN PetscBool SlipFaultOnDevice(SlipFault fault, Vec w);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceMove(SlipFault fault, Vec w, PetscInt offset, PetscBool back, Vec x);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceFastest(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceShear(SlipFault fault, PetscReal t, Vec *shear);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceOpen(SlipFault fault, PetscReal t, PetscInt *opened);
 PETSC_INTERN PetscBool SlipFaultDeviceBalances(SlipFault fault);
@@ -181,19 +174,10 @@ PETSC_INTERN PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, 
                                                   PetscReal rate[], PetscReal displacement[], PetscReal loading[]);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more,
                                                 PetscReal *least);
+PETSC_INTERN PetscErrorCode SlipFaultDevicePut(SlipFault fault, size_t n, const PetscReal from[], const char what[],
+                                               struct _cl_mem **to);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceCells(SlipFault fault, PetscReal t, Vec w, struct _cl_mem **cells,
                                                  PetscBool *changes);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceLookCreate(SlipFault fault, PetscInt m, const PetscInt cell[],
-                                                      SlipFaultDeviceLook *look);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceLookAt(SlipFault fault, PetscReal t, Vec w, SlipFaultDeviceLook *look);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceGroundCreate(SlipFault fault, PetscInt m, const PetscReal matrix[],
-                                                        SlipFaultDeviceLook *look);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceGround(SlipFault fault, Vec w, Vec start, const SlipFaultDeviceLook *look,
-                                                  PetscReal moved[], PetscReal moves[]);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceLookDestroy(SlipFault fault, SlipFaultDeviceLook *look);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceRupture(SlipFault fault, PetscInt nodes, const Vec node[],
-                                                   const PetscReal share[], PetscReal begin, PetscReal dt, Vec rupture);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceCellVector(SlipFault fault, Vec *x);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);

@@ -16,7 +16,9 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D);
 /* Operations of a matrix-free matrix; diagonal, scale, info, view, state (for checkpoints) and device may be NULL.
-   device gets the memory that products need on the device [bytes], and copies the data there if it is used. */
+   device gets the memory that products need on the device [bytes], and copies the data there if it is used;
+   device_mult and device_both then replace mult and MatSlipStiffnessMultBoth_C for vectors there, unless they are NULL.
+   */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);
@@ -26,6 +28,8 @@ typedef struct {
   PetscErrorCode (*destroy)(Mat);
   PetscErrorCode (*state)(Mat, SlipState);
   PetscErrorCode (*device)(Mat, PetscBool use, PetscReal *bytes);
+  PetscErrorCode (*device_mult)(Mat, Vec, Vec);
+  PetscErrorCode (*device_both)(Mat, Mat, Vec, Vec, Vec);
   PetscBool unsymmetric; /* without products with the transpose */
 } SlipShellOps;
 PETSC_INTERN PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N,
@@ -34,9 +38,12 @@ PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const 
                                                 Mat *A); /* rows and ranks as K */
 /* matdevice.c: products on the device */
 #define SLIP_DEVICE_METHOD "SlipMatDevice_C"
+#define SLIP_DEVICE_MULT "SlipMatDeviceMult_C"
+#define SLIP_DEVICE_BOTH "SlipMatDeviceBoth_C"
 PETSC_EXTERN PetscErrorCode SlipMatUseDevice(Mat A);
 PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);
-PETSC_INTERN PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends);
+/* Gets the diagonal of A; on a device it is computed once and stored, in *stored. */
+PETSC_INTERN PetscErrorCode SlipMatGetDiagonal(Mat A, Vec *stored, Vec d);
 /* Texts of a matrix for -fault_view, attached by name: why its type was chosen, and what the cache did */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 /* H = factor sqrt(K); 0 if H is not from MatCreateSlipViscosity() or is zero */

@@ -1,6 +1,5 @@
 /* Internal header of src/mat: operators of a uniform grid by fast Fourier transforms */
 #pragma once
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <fftw3.h>
@@ -102,10 +101,11 @@ PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal sc
 typedef struct _n_SlipToeplitz *SlipToeplitz;
 typedef struct _n_SlipToeplitzDevice *SlipToeplitzDevice;
 /* An operator per pair of wavenumbers; see toeplitz.c. hankel and product may be NULL. */
-typedef struct {
+typedef struct _n_SlipToeplitzSymbol {
   PetscReal *toeplitz;         /* [groups][depth_period / 2 + 1][SLIP_LANES], real since it is even */
   PetscReal *hankel, *product; /* the same, complex: [groups][depth_period / 2 + 1][2][SLIP_LANES] */
-  SlipDeviceMemory there[3];   /* on the device, [depth_period / 2 + 1][wavenumbers]; NULL until used */
+  struct _cl_mem *there[3];    /* on the device, [depth_period / 2 + 1][wavenumbers]; NULL until used */
+  PetscErrorCode (*there_free)(struct _n_SlipToeplitzSymbol *);
 } SlipToeplitzSymbol;
 PETSC_INTERN void SlipLanesMultiply(SlipLanesFFT fft, const SlipToeplitzSymbol *symbol, size_t group, PetscInt nz,
                                     const PetscReal z[], PetscReal *room[4], PetscReal field[]);
@@ -167,21 +167,24 @@ PETSC_INTERN void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol 
 PETSC_INTERN PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x);
 PETSC_INTERN PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y);
 
-/* ---- toeplitz_device.c: the same on the device, for vectors there ---- */
+/* ---- toeplitz_device.c: the same where the vectors are, on the processor or on the device ---- */
 PETSC_INTERN PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz);
 PETSC_INTERN PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *symbol);
-PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol,
-                                                    Vec x, Vec y);
-/* SlipToeplitzCombine() into only sum->there, unless the device shares the processor's memory */
-PETSC_INTERN PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness,
-                                                      PetscReal root, SlipToeplitzSymbol *sum);
+PETSC_INTERN PetscErrorCode SlipToeplitzMult(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol, Vec x,
+                                             Vec y);
+/* Computes y = (identity + stiffness K + root K^(1/2)) x, for these three factors. sum: the symbol of that operator,
+   which is stored for the next product; here, there: its factors on the processor and on the device, 0 for none */
+PETSC_INTERN PetscErrorCode SlipToeplitzMultSum(SlipToeplitz plane, const PetscReal factor[3], SlipToeplitzSymbol *sum,
+                                                PetscReal here[3], PetscReal there[3], Vec x, Vec y);
 /* 1 / f of the symbol S: f = max(max(g + slope, limit g), smallest), g = identity + root S^(1/2) + stiffness S */
 typedef struct {
   PetscReal identity, root, stiffness, slope, limit, smallest;
 } SlipToeplitzInverse;
-/* values: the same as [local nk][count] numbers, only for devices that share the processor's memory; x and y differ. */
-PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
-                                                           const PetscReal values[], Vec x, Vec y);
+/* Replaces x by its product with 1/f, given also as values [local nk][count] where the processor computes products with
+   such vectors. work: another vector */
+PETSC_INTERN PetscErrorCode SlipToeplitzInvert(SlipToeplitz plane, const SlipToeplitzInverse *f,
+                                               const PetscReal values[], Vec x, Vec work);
+PETSC_INTERN PetscBool SlipToeplitzWantsValues(Vec x);
 
 /* ---- blocks_device.c: a block per wavenumber on the device, for vectors there ---- */
 typedef struct {

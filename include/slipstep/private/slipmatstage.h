@@ -38,7 +38,6 @@ typedef struct {
   Vec diagonal;       /* (mass / theta + radiation) times the weights, at this theta */
   PetscReal diagonal_theta;
   PetscReal assembled_theta; /* theta of assembled or of blocks */
-  PetscReal device_theta;    /* of the sum on the device */
   SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; else NULL */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
   PetscBool counts;          /* H is counted, unlike that of an approximation */
@@ -48,13 +47,14 @@ typedef struct {
   SlipGather gather;
   PetscReal *y; /* [N] */
   Vec work;
-  Vec parts[2];       /* diagonals of K and H on the device, on first use */
+  Vec parts[2];       /* diagonals of K and H on a device, on first use */
   SlipToeplitz plane; /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
-  SlipToeplitzSymbol sum; /* of B at assembled_theta */
-  PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 if H is used */
-  PetscInt jacobian;      /* row of the choices of MatSlipStageSetJacobian() */
-  Mat approximation;      /* NULL if Jacobians are exact */
-  SlipSecant correction;  /* of an approximation, if H caches products; else NULL */
+  SlipToeplitzSymbol sum; /* of B; its factors, on the processor and on a device: */
+  PetscReal sum_here[3], sum_there[3];
+  PetscReal mean;        /* B = mean ((mass / theta) I + theta K), H is NULL; 0 if H is used */
+  PetscInt jacobian;     /* row of the choices of MatSlipStageSetJacobian() */
+  Mat approximation;     /* NULL if Jacobians are exact */
+  SlipSecant correction; /* of an approximation, if H caches products; else NULL */
 } SlipStageContext;
 
 PETSC_INTERN PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y);

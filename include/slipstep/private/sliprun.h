@@ -1,6 +1,5 @@
 /* A run of a fault and its observers: their common data, the progress, and the errors of the run */
 #pragma once
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/rooms/slipcore.h>
 #include <slipstep/rooms/slipoutput.h>
@@ -102,9 +101,9 @@ typedef struct _n_SlipFaultRun {
   SlipProducts before[SLIP_PRODUCTS_USERS]; /* of this process: before the run, before the set-up */
   PetscReal prepared;                       /* cost of the work between them [s] */
   PetscReal time; /* processor time of this process before the run, minus that of earlier processes of the run [s] */
-  SlipWorkTotals work;       /* of this process, before the run */
-  SlipDeviceTraffic traffic; /* of this process, before the run */
-  PetscInt events;           /* of the run so far, by the catalogue; -1: not counted */
+  SlipWorkTotals work;   /* of this process, before the run */
+  PetscInt64 traffic[3]; /* of this process with a device, before the run */
+  PetscInt events;       /* of the run so far, by the catalogue; -1: not counted */
   SlipFaultRunError error;
   SlipFaultProgress progress;
 } SlipFaultRun;

@@ -1,5 +1,6 @@
 /* Internal: registration, data attached to PETSc objects, events of -log_view, and options */
 #pragma once
+#include <math.h>
 #include <petscmat.h>
 #include <slipcompat.h>
 #include <slipstep/rooms/sliph5.h>
@@ -26,6 +27,14 @@ PETSC_INTERN PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[
 static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 {
   return b > a || b != b ? b : a; /* avoids a call */
+}
+/* The larger of |v| in the plane of a cell with c = 2 or 3 numbers and the size of its opening component. For Inf or
+   NaN it returns INFINITY and not PETSC_INFINITY, a quarter of the largest number, as only INFINITY exceeds all. */
+static inline PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
+{
+  const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;
+
+  return PetscIsInfOrNanReal(size) || PetscIsInfOrNanReal(open) ? (PetscReal)INFINITY : PetscMax(size, open);
 }
 PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[]);
 PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);

@@ -4,6 +4,7 @@
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
 #include <slipstep/rooms/slipcore.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
@@ -24,11 +25,6 @@ typedef struct {
   PetscReal absolute, relative;
   const PetscReal *inverse; /* 1 / absolutes if all relative ones are 0, 0 where both are; else NULL */
 } SlipAdamsTolerance;
-typedef struct {
-  PetscBool finite;
-  PetscReal most[3], squares[3]; /* of each estimate: largest ratio to its tolerance, sum of squares, */
-  PetscReal count[3];            /* and entries with a tolerance, unless those of inverse */
-} SlipAdamsSums;
 typedef struct { /* inverse, cached until the vectors change */
   PetscReal *inverse;
   PetscInt entries; /* of this rank with a tolerance */
@@ -38,12 +34,7 @@ typedef struct { /* inverse, cached until the vectors change */
 PETSC_INTERN PetscErrorCode SlipAdamsGetTolerance(TS ts, SlipAdamsInverse *kept, SlipAdamsTolerance *tolerance);
 PETSC_INTERN void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscReal *const rate[],
                                const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates,
-                               const SlipAdamsTolerance *tolerance, PetscReal y[], SlipAdamsSums *sums);
-
-/* The same for vectors on the device, in adamsdevice.c; with estimates, tolerances are vectors */
-PETSC_INTERN PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m,
-                                               const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, Vec y,
-                                               SlipAdamsSums *sums);
+                               const SlipAdamsTolerance *tolerance, PetscReal y[], SlipVecsSums *sums);
 
 /* ---- rkc.c ---- */
 #define SLIP_RATE_MARGIN 1.05 /* products estimate the fastest rate of a problem from below */

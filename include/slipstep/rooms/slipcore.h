@@ -2,6 +2,7 @@
    None uses an object of PETSc, so that a loop without such objects follows the same rules. */
 #pragma once
 #include <slipcore.h>
+#include <slipstep/rooms/slipformulas.h>
 #include <stdint.h>
 
 PETSC_EXTERN PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law);
@@ -42,9 +43,6 @@ PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, 
                                         PetscReal load, PetscReal guess, PetscBool *ok);
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                          PetscInt stride, PetscReal s[], PetscReal work[]);
-PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
-PETSC_EXTERN PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q,
-                                        PetscReal v);
 PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta,
                                          const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v,
@@ -90,54 +88,6 @@ PETSC_EXTERN PetscReal SlipRKCLongest(PetscInt stages);
 PETSC_EXTERN void SlipRKCCoefficients(PetscInt s, SlipRKCStage c[]); /* [s + 1], the first unused */
 
 /* ---- cone.c ---- */
-/* Where x - rho g lies: inside the shrinkage interval (sticking), outside of it (sliding one way or the other), or on a
-   row without a bound, which always "slides". */
-typedef enum {
-  SLIP_REGION_NEGATIVE = -1,
-  SLIP_REGION_STICK = 0,
-  SLIP_REGION_POSITIVE = 1,
-  SLIP_REGION_FREE = 2
-} SlipRegion;
-
-/* S(p, k) = sign(p) max(|p| - k, 0) */
-static inline PetscReal SlipConeShrink(PetscReal p, PetscReal k)
-{
-  if (p > k) return p - k;
-  if (p < -k) return p + k;
-  return 0.0;
-}
-
-/* Projection of r on [-q, q] */
-static inline PetscReal SlipConeClip(PetscReal r, PetscReal q)
-{
-  return r > q ? q : (r < -q ? -q : r);
-}
-
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; a p that is not a number counts as sliding. */
-static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
-{
-  const PetscReal p = x - rho * g;
-
-  if (wq == 0.0) return SLIP_REGION_FREE;
-  if (p > rho * wq) return SLIP_REGION_POSITIVE;
-  return p >= -rho * wq ? SLIP_REGION_STICK : SLIP_REGION_NEGATIVE;
-}
-
-/* Reaction of a solution: -q sign(x) if x != 0, else the balance g / omega clipped into the cone. In a state at rest g
-   is the static balance -F_s and omega is 1. */
-static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal g, PetscReal q)
-{
-  if (x > 0.0) return -q;
-  if (x < 0.0) return q;
-  return SlipConeClip(g / omega, q);
-}
-
-/* By how much the elastic force ku exceeds the strength q along the motion v, or at rest in magnitude (at least 0) */
-static inline PetscReal SlipConePush(PetscReal v, PetscReal ku, PetscReal q)
-{
-  return v != 0 ? -(v > 0 ? 1 : -1) * ku - q : PetscMax(PetscAbsReal(ku) - q, 0);
-}
-
 PETSC_EXTERN void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                   const PetscReal q[], const PetscReal dq[], const PetscReal rho[], PetscReal F[],
                                   PetscReal mask[], PetscReal slope[]);

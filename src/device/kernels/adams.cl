@@ -1,4 +1,4 @@
-// Steps of TSADAMS, as in src/ts/adamssum.c. Each item has four entries, so that processors use vector code although their compilers cannot
+// Steps of TSADAMS, for src/device/vecsum.c, as in src/ts/adamssum.c. Each item has four entries, so that processors use vector code although their compilers cannot
 // know that so many arrays do not overlap.
 
 #define NODES 10

@@ -62,3 +62,26 @@ __kernel void fold_groups(__global const double *room, int groups, int results, 
   for (int g = 1; g < groups; g++) all = k < sums ? all + room[k * groups + g] : fmax(all, room[k * groups + g]);
   out[k] = all;
 }
+
+// The loops of loops.cl as kernels
+#define NUM(name) , double name
+#define IN(name) , __global const double *name
+#define OUT(name) , __global double *name
+#define LOOP(name, arguments)                                                                                                              \
+  __kernel void name(int n arguments)                                                                                                      \
+  {                                                                                                                                        \
+    const int i = get_global_id(0);                                                                                                        \
+                                                                                                                                           \
+    if (i < n)
+#define END }
+#define SUMS(name, sums, arguments)                                                                                                        \
+  __kernel void name(int n arguments, __global double *room)                                                                               \
+  {                                                                                                                                        \
+    __local double all[ITEMS];                                                                                                             \
+    double mine[sums];                                                                                                                     \
+                                                                                                                                           \
+    for (int k = 0; k < sums; k++) mine[k] = 0;                                                                                            \
+    EACH(i, n)
+#define END_SUMS(sums)                                                                                                                     \
+  fold(sums, sums, mine, all, room);                                                                                                       \
+  }

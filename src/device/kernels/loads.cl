@@ -3,29 +3,16 @@
 // Returns the exponential integral E1(x), x > 0, as SlipExponentialIntegral() does.
 static double exponential_integral(double x)
 {
-  double sum, term = 1, b = x + 1, c = 1e300, d = 1 / b;
+  double sum, term = 1;
 
   if (x > 700) return 0;
-  if (x <= 1) {
-    sum = -log(x) - 0.57721566490153286061;
-    for (int k = 1; k < 40; k++) {
-      term *= -x / k;
-      sum -= term / k;
-    }
-    return sum;
+  if (x > 1) return SlipExponentialFraction(x) * exp(-x);
+  sum = -log(x) - 0.57721566490153286061;
+  for (int k = 1; k < 40; k++) {
+    term *= -x / k;
+    sum -= term / k;
   }
-  sum = d;
-  for (int k = 1; k < 200; k++) {
-    const double a = -(double)(k * k);
-
-    b += 2;
-    d = 1 / (a * d + b);
-    c = b + a / c;
-    term = c * d;
-    sum *= term;
-    if (fabs(term - 1) < DBL_EPSILON) break;
-  }
-  return sum * exp(-x);
+  return sum;
 }
 
 // Computes pore pressures: the present values if `own` is not 0, plus those between two rows of a record, and those of a source that began a
@@ -85,9 +72,9 @@ __kernel void fault_strength(int n, double eta, double V0, int pressed, int coup
 
     OF(STRESS) = stress;
     OF(SCALE) = strength / eta;
-    OF(OFFSET) = log_of(eta * V0 * inverse) - OF(REFERENCE);
+    OF(OFFSET) = SlipLog(eta * V0 * inverse) - OF(REFERENCE);
     OF(INVERSE) = inverse / OF(WEIGHT);
-    OF(SHIFT) = follow > 0 ? follow * log_of(fmax(stress / OF(NORMAL), 1e-12)) : 0;
+    OF(SHIFT) = follow > 0 ? follow * SlipLog(fmax(stress / OF(NORMAL), 1e-12)) : 0;
   }
 }
 

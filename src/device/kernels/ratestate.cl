@@ -17,89 +17,6 @@ static double size_of(int c, double x, double y)
   return c == 1 ? fabs(x) : hypot(x, y);
 }
 
-// Exponential and logarithm without calls or branches, so that compilers vectorize them on processors; they are those of
-// src/core/ratestate.c, with an error of 2 ulp, or of 1e-5 for the rough ones.
-#define ROUNDER 6755399441055744.0 // 1.5 * 2^52
-#define LN2_HIGH 6.93147180369123816490e-01
-#define LN2_LOW 1.90821492927058770002e-10
-
-static double exp_of(double x)
-{
-  double k, r, sum;
-
-  x = x < -708 ? -708 : x;
-  k = x * 1.44269504088896340736 + ROUNDER;
-  r = x - (k - ROUNDER) * LN2_HIGH - (k - ROUNDER) * LN2_LOW;
-  sum = 1 + r * (1.0 / 13);
-  sum = 1 + r * (1.0 / 12) * sum;
-  sum = 1 + r * (1.0 / 11) * sum;
-  sum = 1 + r * (1.0 / 10) * sum;
-  sum = 1 + r * (1.0 / 9) * sum;
-  sum = 1 + r * (1.0 / 8) * sum;
-  sum = 1 + r * (1.0 / 7) * sum;
-  sum = 1 + r * (1.0 / 6) * sum;
-  sum = 1 + r * (1.0 / 5) * sum;
-  sum = 1 + r * (1.0 / 4) * sum;
-  sum = 1 + r * (1.0 / 3) * sum;
-  sum = 1 + r * (1.0 / 2) * sum;
-  sum = 1 + r * sum;
-  return sum * as_double((as_ulong(k) + 1023) << 52);
-}
-
-static double split(double x, double *exponent)
-{
-  const ulong sqrt_half = 0x3fe6a09e667f3bcdUL, bits = as_ulong(x), shift = (bits - sqrt_half + (2048UL << 52)) >> 52;
-
-  *exponent = as_double(0x4330000000000000UL | shift) - (4503599627370496.0 + 2048);
-  return as_double(bits - ((shift - 2048) << 52));
-}
-
-static double log_of(double x)
-{
-  double exponent, m = split(x, &exponent), s = (m - 1) / (m + 1), s2 = s * s, sum;
-
-  sum = 1.0 / 21;
-  sum = 1.0 / 19 + s2 * sum;
-  sum = 1.0 / 17 + s2 * sum;
-  sum = 1.0 / 15 + s2 * sum;
-  sum = 1.0 / 13 + s2 * sum;
-  sum = 1.0 / 11 + s2 * sum;
-  sum = 1.0 / 9 + s2 * sum;
-  sum = 1.0 / 7 + s2 * sum;
-  sum = 1.0 / 5 + s2 * sum;
-  sum = 1.0 / 3 + s2 * sum;
-  return exponent * LN2_LOW + (2 * s * s2 * sum + (2 * s + exponent * LN2_HIGH));
-}
-
-static double rough_exp(double x)
-{
-  double k, r;
-
-  x = x < -708 ? -708 : x;
-  k = x * 1.44269504088896340736 + ROUNDER;
-  r = x - (k - ROUNDER) * (LN2_HIGH + LN2_LOW);
-  return as_double((as_ulong(k) + 1023) << 52) * (1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120))))));
-}
-
-static double rough_log(double x)
-{
-  double exponent, t = split(x, &exponent) - 1;
-
-  return exponent * (LN2_HIGH + LN2_LOW) + t * (0.99991888 + t * (-0.49923359 + t * (0.33734499 + t * (-0.27349856 + t * 0.1751314))));
-}
-
-// Returns w of w + ln w = L, Lambert's W(e^L), L >= -708, and 1/(1 + w).
-static double lambert_of_exp(double L, double *inverse)
-{
-  const double x = rough_exp(L > 20 ? 20 : L), more = rough_log(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
-  const double guess = p * (1 - rough_log(1 + p) / (2 + p)), z = L - rough_log(guess) - guess;
-  const double q = 2 * (1 + guess) * (1 + guess + 2.0 / 3 * z), w = guess * (1 + z * (q - z) / ((1 + guess) * (q - 2 * z))), near = 1 / (1 + w);
-  const double a = near * (L - log_of(w) - w), r = 0.5 * a * near * (1 - 2.0 / 3 * a), solution = w * (1 + a * (1 + r * (1 + 2 * r)));
-
-  *inverse = near * (2 - (1 + solution) * near);
-  return solution;
-}
-
 static double log_sinh(double y)
 {
   return y > 20 ? y - M_LN2 : log(sinh(y));
@@ -121,18 +38,8 @@ static double rate_by_newton(double load, double log_c, double scale)
   return scale * exp(log_c + log_sinh(y));
 }
 
-// An invalid rate marks cells for which the closed form does not hold; a kernel of its own has their branches.
-#define LEAST_LOG (-700.0)
-#define MARK DBL_MAX
-
-static double closed_form(double load, double L, double scale)
-{
-  double near;
-  const double w = lambert_of_exp(L > LEAST_LOG ? L : LEAST_LOG, &near), y = load - w, tail = rough_exp(y > 10 ? -2 * y : -20);
-  const double speed = w * scale * (1 + w * tail * near) * (1 - tail);
-
-  return (y > 10) & (L > LEAST_LOG) & (scale > 0) ? speed : MARK;
-}
+// Cells for which the closed form does not hold are marked; a kernel of its own has their branches.
+#define MARK SLIP_NO_RATE
 
 // Computes the slip rates of a state; force is K u.
 __kernel void fault_rates(int n, __global const double *restrict cells, __global const double *restrict state, __global const double *restrict force,
@@ -142,7 +49,7 @@ __kernel void fault_rates(int n, __global const double *restrict cells, __global
 
   if (i < n) {
     const double tau = OF(LOAD) - force[i], load = fabs(tau) * OF(INVERSE);
-    const double speed = closed_form(load, load + OF(OFFSET) - OF(SLOPE) * (state[3 * i + 2] - OF(SHIFT)), OF(SCALE));
+    const double speed = SlipBalanceRate(load, load + OF(OFFSET) - OF(SLOPE) * (state[3 * i + 2] - OF(SHIFT)), OF(SCALE), SLIP_LEAST_LOG);
     const double v = (tau < 0) & (speed != MARK) ? -speed : speed;
 
     rate[i] = OF(CREEP) > 0 ? OF(LOADING) : v;
@@ -157,7 +64,7 @@ __kernel void fault_rates_2(int n, __global const double *restrict cells, __glob
 
   if (i < n) {
     const double x = OF(LOAD) - force[2 * i], y = OF(LOAD_UP) - force[2 * i + 1], size = sqrt(x * x + y * y), load = size * OF(INVERSE);
-    const double speed = closed_form(load, load + OF(OFFSET) - OF(SLOPE) * (state[5 * i + 4] - OF(SHIFT)), OF(SCALE));
+    const double speed = SlipBalanceRate(load, load + OF(OFFSET) - OF(SLOPE) * (state[5 * i + 4] - OF(SHIFT)), OF(SCALE), SLIP_LEAST_LOG);
     const double share = size > 0 ? speed / size : 0, creeps = OF(CREEP), v = creeps * OF(LOADING);
 
     rate[2 * i] = creeps > 0 ? v * OF(ALONG) : speed == MARK ? MARK : share * x;
@@ -183,8 +90,7 @@ __kernel void fault_others(int n, int c, double eta, __global const double *rest
 
 static double state_rate(int slip_law, double V0, double length, double psi, double speed)
 {
-  if (slip_law) return -speed / length * (log_of((speed > 1e-300 ? speed : 1e-300) / V0) + psi);
-  return (V0 * exp_of(-psi < 200 ? -psi : 200) - speed) / length;
+  return slip_law ? SlipSlipLawRate(1 / V0, length, psi, speed) : SlipAgingRate(V0, length, psi, speed);
 }
 
 // Computes the derivative of a state from its slip rates.
@@ -218,31 +124,6 @@ __kernel void fault_derivative_2(int n, int slip_law, double V0, __global const 
   }
 }
 
-// Copies c numbers of each block, from `start` on, to a vector of slip; fault_place() copies them back.
-__kernel void fault_take(int n, int c, int block, int start, __global const double *state, __global double *x)
-{
-  const int i = get_global_id(0);
-
-  for (int k = 0; k < c && i < n; k++) x[c * i + k] = state[block * i + start + k];
-}
-
-__kernel void fault_place(int n, int c, int block, int start, __global const double *x, __global double *state)
-{
-  const int i = get_global_id(0);
-
-  for (int k = 0; k < c && i < n; k++) state[block * i + start + k] = x[c * i + k];
-}
-
-// Finds the largest magnitude of the first c numbers of blocks.
-__kernel void fault_fastest(int n, int c, int block, __global const double *state, __global double *room)
-{
-  __local double all[ITEMS];
-  double mine[1] = {0};
-
-  EACH(i, n) { mine[0] = larger(mine[0], size_of(c, state[block * i], c == 1 ? 0 : state[block * i + 1])); }
-  fold(1, 0, mine, all, room);
-}
-
 // Counts displacements and states that are out of bounds or NaN.
 __kernel void fault_outside(int n, int c, double displacement, double bound, __global const double *state, __global double *room)
 {
@@ -260,12 +141,12 @@ __kernel void fault_outside(int n, int c, double displacement, double bound, __g
 static double strength(double psi, double speed, double offset, double slope, double scale, double eta, double *direct)
 {
   // ln(V/(2 V0)) + (f0 + b psi)/a, as offset is ln(V0/scale) - f0/a
-  const double x = log_of(speed / (2 * scale)) - offset + slope * psi, small = exp_of(-fabs(x)), root = sqrt(1 + small * small);
+  const double x = SlipLog(speed / (2 * scale)) - offset + slope * psi, small = SlipExp(-fabs(x)), root = sqrt(1 + small * small);
   const double strength = scale * eta; // a sigma
 
   *direct = strength * (x > 0 ? 1 : small) / root;
   // asinh(e^x) = x + ln(1 + sqrt(1 + e^-2x)), and ln(small + root) with small = e^x below
-  return strength * ((x > 0 ? x : 0) + log_of((x > 0 ? 1 : small) + root));
+  return strength * ((x > 0 ? x : 0) + SlipLog((x > 0 ? 1 : small) + root));
 }
 
 // Returns the strength of cell i, and 0 if it does not slide.

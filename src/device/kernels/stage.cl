@@ -29,146 +29,6 @@ __kernel void plane_take(int nx, int nz, int width, int first, __global const do
   if (i < nx && j < nz) y[(size_t)j * nx + i] = pad[(size_t)(first + j) * width + i];
 }
 
-// Sets z = x where the mask is not 0, and z = y elsewhere.
-__kernel void choose(int n, __global const double *mask, __global const double *x, __global const double *y, __global double *z)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) z[i] = mask[i] != 0 ? x[i] : y[i];
-}
-
-// Computes y = B (m x) + slope x on the sliding set, and y = x elsewhere.
-__kernel void stage_jacobian(int n, __global const double *mask, __global const double *slope, __global const double *x, __global const double *product,
-                             __global double *y)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) y[i] = mask[i] != 0 ? product[i] + slope[i] * x[i] : x[i];
-}
-
-// ---- the cone of cells with one component, as in src/core/cone.c ----
-
-enum { STICKS, FREE, POSITIVE, NEGATIVE };
-static int region(double x, double g, double rho, double wq)
-{
-  const double p = x - rho * g;
-
-  return wq == 0 ? FREE : p > rho * wq ? POSITIVE : p >= -rho * wq ? STICKS : NEGATIVE;
-}
-
-static double reaction(double omega, double x, double g, double q)
-{
-  const double balance = g / omega, held = balance > q ? q : balance < -q ? -q : balance;
-
-  return x > 0 ? -q : x < 0 ? q : held;
-}
-
-__kernel void stage_natural(int n, double omega, __global const double *x, __global const double *g, __global const double *q, __global const double *dq,
-                            __global const double *rho, __global double *F, __global double *mask, __global double *slope)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) {
-    const double wq = omega * q[i];
-    const int where = region(x[i], g[i], rho[i], wq);
-    const bool bound = (where == POSITIVE) | (where == NEGATIVE);
-    const double sign = where == POSITIVE ? 1 : -1;
-
-    mask[i] = where == STICKS ? 0 : 1;
-    F[i] = where == STICKS ? x[i] / rho[i] : bound ? g[i] + sign * wq : g[i];
-    slope[i] = bound ? (sign * x[i] < 0 ? -omega * dq[i] : omega * dq[i]) : 0;
-  }
-}
-
-// Sets x to 0 in cells that stick, or slide against their own direction, and r to their reaction; result: the largest |F|
-__kernel void stage_finish(int n, double omega, __global double *x, __global double *r, __global const double *g, __global const double *q,
-                           __global const double *F, __global const double *rho)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) {
-    const int where = region(x[i], g[i], rho[i], omega * q[i]);
-    const double v = (where == STICKS) | ((where == POSITIVE) & (x[i] < 0)) | ((where == NEGATIVE) & (x[i] > 0)) ? 0 : x[i];
-
-    x[i] = v;
-    r[i] = reaction(omega, v, g[i], q[i]);
-  }
-}
-
-// Computes the reaction of a state whose F_s is f.
-__kernel void stage_reaction(int n, __global const double *x, __global const double *q, __global const double *f, __global double *r)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) r[i] = reaction(1, x[i], -f[i], q[i]);
-}
-
-// Computes 1 / x, and counts entries that are not positive.
-__kernel void stage_inverse(int n, __global double *x, __global double *room)
-{
-  __local double all[ITEMS];
-  double mine[1] = {0};
-
-  EACH(i, n) {
-    mine[0] += !(x[i] > 0);
-    x[i] = x[i] != 0 ? 1 / x[i] : 0;
-  }
-  fold(1, 1, mine, all, room);
-}
-
-// ---- steps ----
-
-__kernel void stage_sticking(int n, __global double *x)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) x[i] = x[i] != 0 ? 0 : 1;
-}
-
-// Sets e to 0 where the mark is not 1.
-__kernel void stage_drop(int n, __global const double *mark, __global double *e)
-{
-  const int i = get_global_id(0);
-
-  if (i < n && mark[i] != 1) e[i] = 0;
-}
-
-__kernel void moreau_first(int n, double weight, __global const double *p, __global const double *before, __global const double *f,
-                           __global double *expected, __global double *force)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) {
-    const double e = weight == 1 ? p[i] : weight * p[i] + (1 - weight) * before[i];
-
-    expected[i] = e;
-    force[i] = f[i] - e;
-  }
-}
-
-__kernel void moreau_second(int n, double share, __global const double *f, __global const double *p, __global const double *expected,
-                            __global const double *before, __global double *force, __global double *end)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) {
-    force[i] = f[i] - 2 * p[i] + expected[i];
-    end[i] = p[i] + share * (p[i] - before[i]);
-  }
-}
-
-__kernel void moreau_error(int n, double h, double share, double slope, __global const double *k0, __global const double *k1, __global const double *k2,
-                           __global const double *w0, __global const double *w2, __global const double *mark, __global double *e)
-{
-  const int i = get_global_id(0);
-
-  if (i < n) {
-    const double rate = share * (k2[i] - k0[i]) - (slope != 0 ? slope * (k0[i] - k1[i]) : 0);
-
-    e[i] = mark[i] != 2 ? rate : 2.0 / 3 * (w2[i] - w0[i] - 0.5 * h * (k0[i] + k2[i]));
-  }
-}
-
 // Divides y - z by the tolerance of the larger of both, as TSErrorWeightedNorm(): sum of squares, count of tolerances, and largest
 __kernel void weighted_norm(int n, double atol, double rtol, double vectors, __global const double *y, __global const double *z,
                             __global const double *absolute, __global const double *relative, __global double *room)
@@ -197,7 +57,7 @@ enum { EXPONENTIAL, LINEAR, BY_RATE, CONSTANT };
 // Returns mu of a cell less its residual value, and the derivatives.
 static double excess(double law, double drop, double distance, double rate, double s, double v, double *ds, double *dv)
 {
-  const double fall = 1 / (1 + v / rate), left = drop * exp_of(-s / distance);
+  const double fall = 1 / (1 + v / rate), left = drop * SlipExp(-s / distance);
   const bool weakening = s < distance;
 
   *ds = law == EXPONENTIAL ? -left / distance : law == LINEAR && weakening ? -drop / distance : 0;
@@ -296,25 +156,8 @@ __kernel void stick_mass(int n, double mass, __global double *k)
   if (i < n) k[3 * i] = mass != 0 ? k[3 * i] / mass : 0;
 }
 
-// Does the same as SlipKickConstant() of src/core/kickrule.c.
-static double kick(double mass, double eta, double a, double g, double q, double v)
-{
-  double end = 0;
-
-  for (int turn = 0; turn < 2; turn++) {
-    const double sign = (v > 0) | ((v == 0) & (g > 0)) ? 1 : -1, push = sign * g - q, speed = fabs(v), x = eta * a / mass;
-
-    end = a / mass * push * (x > 0 ? -expm1(-x) / x : 1) + exp(-x) * speed;
-    if ((end > 0) | isnan(end)) return sign * end;
-    if ((v == 0) | (push > -2 * q)) return 0;
-    a = fmax(a - (eta > 0 ? mass / eta * log1p(eta * speed / -push) : mass * speed / -push), 0.0);
-    v = 0;
-  }
-  return 0;
-}
-
-__kernel void stick_kick(int n, double law, double mass, double a, double damped, __global const double *push, __global const double *vinf, __global double *w,
-                         __global const double *eta, __global const double *cells)
+__kernel void stick_kick(int n, double law, double mass, double a, double damped, __global const double *push, __global const double *vinf, __global const double *eta,
+                         __global double *w, __global const double *cells)
 {
   const int i = get_global_id(0);
 
@@ -323,7 +166,7 @@ __kernel void stick_kick(int n, double law, double mass, double a, double damped
     double ds, dv;
     const double q = KEPT(STRESS) * (KEPT(RESIDUAL) + EXCESS(w[3 * i + 2], 0));
 
-    w[3 * i] = kick(mass, own, a, push[i] + own * vinf[i], q, w[3 * i]);
+    w[3 * i] = SlipKickConstant(mass, own, a, push[i] + own * vinf[i], q, w[3 * i]);
   }
 }
 
@@ -462,19 +305,4 @@ __kernel void stick_powers(int n, double law, double known, __global const doubl
     mine[2] += known != 0 ? -v * r[i] : speed * q;
   }
   fold(3, 3, mine, all, room);
-}
-
-// Stops at 0 the cells whose motion a step from one point to another would reverse, and counts them.
-__kernel void stage_turn(int n, __global const double *from, __global const double *q, __global double *to, __global double *room)
-{
-  __local double all[ITEMS];
-  double mine[1] = {0};
-
-  EACH(i, n) {
-    const bool turns = (from[i] * to[i] < 0) & (q[i] > 0);
-
-    to[i] = turns ? 0 : to[i];
-    mine[0] += turns;
-  }
-  fold(1, 1, mine, all, room);
 }

@@ -9,22 +9,12 @@ enum { PIECES = 64, TERMS = 9, SERIES = 20 };
 static PetscReal piece[PIECES][TERMS], series[SERIES];
 static PetscBool made = PETSC_FALSE;
 
-/* Returns x e^x E1(x) at x = 1/z > 1 by Lentz' method. */
+/* Returns x e^x E1(x) at x = 1/z > 1. */
 static PetscReal Fraction(PetscReal z)
 {
   const PetscReal x = 1 / z;
-  PetscReal b = x + 1, c = 1e300, d = 1 / b, product = d;
 
-  for (PetscInt k = 1; k < 200; k++) {
-    const PetscReal a = -(PetscReal)(k * k);
-
-    b += 2;
-    d = 1 / (a * d + b);
-    c = b + a / c;
-    product *= c * d;
-    if (PetscAbsReal(c * d - 1) < PETSC_MACHINE_EPSILON) break;
-  }
-  return x * product;
+  return x * SlipExponentialFraction(x);
 }
 
 /* Finds the polynomial with the values f at the points x: divided differences, then powers. */

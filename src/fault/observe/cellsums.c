@@ -1,6 +1,5 @@
 /* Computes the sums over the cells of a state, from which observations and results follow. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 
@@ -158,13 +157,24 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipFaultHostSums(SlipFault fault, PetscReal t, Vec w, Vec force, PetscReal sum[], PetscReal *max_v)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(sum, FAULT_NUM_SUMS));
+  *max_v = 0;
+  if (fault->friction.law->always_slides && fault->layout.components == 1)
+    PetscCall(AddUpSliding(fault, t, w, force, sum, max_v));
+  else
+    PetscCall(SlipFaultAddUp(fault, t, w, force, sum, max_v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gets the sums of the state w at t; computes them (one product with K, two reductions) when either has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums)
 {
   SlipFaultSums *c = &fault->known.sums;
   SlipFaultMoment now;
-  PetscReal stored, result[FAULT_NUM_SUMS + 1];
-  const PetscReal *unused;
+  PetscReal stored;
   PetscBool same;
   Vec u, force;
 
@@ -176,22 +186,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultForce(fault, t, w, u, force));
   PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
-  const SlipArrays arrays[] = {{w, .read = &unused}, {force, .read = &unused}};
-  const PetscReal numbers[] = {fault->loads.shears ? 1 : 0, fault->loads.origin + t};
-
-  PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
-  c->max_v = 0;
-  if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(force))
-    PetscCall(SlipFaultDeviceSums(fault, t, w, force, c->sum, &c->max_v));
-  else if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_SUMS, 2, numbers, 2, arrays, FAULT_NUM_SUMS + 1,
-                                     FAULT_NUM_SUMS, result));
-    PetscCall(PetscArraycpy(c->sum, result, FAULT_NUM_SUMS));
-    c->max_v = result[FAULT_NUM_SUMS];
-  } else if (fault->friction.law->always_slides && fault->layout.components == 1)
-    PetscCall(AddUpSliding(fault, t, w, force, c->sum, &c->max_v));
-  else
-    PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
+  PetscCall((*fault->cell_ops->sums)(fault, t, w, force, c->sum, &c->max_v));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));

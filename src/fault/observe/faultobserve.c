@@ -1,6 +1,5 @@
 /* Computes, from a state of the fault, what observers and controllers use: sums over the cells, energies and powers. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 #include <petscblaslapack.h>
@@ -8,7 +7,7 @@
 
 /* Adds this rank's sums for the motion x, displacements or rates [n], with kx = K x, nx = Kn x or NULL, and w the state
    whose friction weakens. The strength that x takes away by changing normal stress acts as stiffness does. */
-static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscReal sum[])
+PetscErrorCode SlipFaultHostMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscReal sum[])
 {
   SlipFrictionCells friction;
   const PetscReal *a, *b, *f, *rise;
@@ -17,11 +16,6 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
   const PetscInt c = fault->layout.components;
 
   PetscFunctionBegin;
-  if (!nx && SlipFaultSticksOnDevice(fault, 3, arrays)) {
-    PetscCall(
-      SlipFaultStickFriction(fault, KERNEL_STICK_MODE, 1, &fault->operators.mass, 3, arrays, FAULT_NUM_MODE, 3, sum));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(n, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -62,7 +56,7 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   } else if (!found)
     PetscCall(SlipElasticApply(fault->medium, x, kx, nx));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall(AddMode(fault, t, w, x, kx, nx, c->sum));
+  PetscCall((*fault->cell_ops->mode)(fault, t, w, x, kx, nx, c->sum));
   PetscCall(SlipFaultRestoreWork(fault, &kx));
   PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -79,31 +73,11 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
 PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
 {
   SlipFaultEstimates *c = &fault->known.estimates;
-  const PetscReal *a, *e = NULL, *d = NULL;
-  const SlipArrays arrays[] = {{w, .read = &a}, {error, .read = &e}, {derivative, .read = &d}};
-  const PetscReal given[] = {error ? 1 : 0, derivative ? 1 : 0};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
-  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
-    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_ESTIMATES, fault->mesh.n, 2, given, 3, arrays, FAULT_NUM_ESTIMATES,
-                                  FAULT_NUM_ESTIMATES, c->sum));
-    c->known = PETSC_TRUE;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
-
-    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->mesh.weight[i] * SlipFaultStateSize(fault, e, i);
-    if (derivative && speed != 0)
-      c->sum[ESTIMATE_GROWTH] +=
-        fault->mesh.weight[i] * (fault->layout.components == 1
-                                   ? PetscSign(*v) * d[SlipFaultRateAt(fault, i)]
-                                   : SlipFaultDot(fault, v, d + SlipFaultRateAt(fault, i)) / speed);
-  }
-  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall((*fault->cell_ops->estimates)(fault, w, error, derivative, c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
   c->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -194,36 +168,18 @@ SLIP_VECTOR static PetscInt Compliances(PetscInt n, PetscReal eta, const PetscRe
   return others;
 }
 
-/* SlipStepOps.relaxation, from the rates of the last right-hand side, as w has the step's first ones while it is
-   judged; 0 where rates follow from momentum. Where friction sticks, it is the rate at which sliding cells relax. */
-PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
+PetscErrorCode SlipFaultHostCompliance(SlipFault fault, Vec w, PetscReal *most)
 {
-  SlipFault fault = (SlipFault)ctx;
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   const PetscInt c = fault->layout.components;
-  PetscReal most = 0, stiffest, largest[COMPLIANCES] = {0};
+  PetscReal largest[COMPLIANCES] = {0};
   const SlipFaultLoad *of_now;
   const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
 
   PetscFunctionBegin;
-  (void)ts;
-  *relaxation = 0;
-  if (fault->kind.inertia ||
-      !(fault->friction.law->always_slides ? b->known
-                                           : fault->problem.steps.any_integrator || fault->problem.sides.side))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
-  if (!fault->friction.law->always_slides) {
-    if (!b->resting) *relaxation = stiffest / b->eta;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(SlipFaultDeviceCompliance(fault, w, &most));
-    *relaxation = stiffest * most;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  *most = 0;
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
   if (fault->coupling.balanced) /* the normal stress of that right-hand side saves a product in each attempt */
     PetscCall(SlipFaultCoupledFriction(fault, b->time, 0, &friction));
@@ -239,12 +195,36 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
       continue;
     for (PetscInt k = i; k < i + n; k++)
       if (!b->creeps || !b->creeps[k])
-        most = PetscMax(most, Compliance(fault, &friction, k, a + SlipFaultStateAt(fault, k), v + c * k, load + c * k,
-                                         force + c * k));
+        *most = PetscMax(*most, Compliance(fault, &friction, k, a + SlipFaultStateAt(fault, k), v + c * k, load + c * k,
+                                           force + c * k));
   }
-  for (PetscInt k = 0; k < COMPLIANCES; k++) most = PetscMax(most, largest[k]);
+  for (PetscInt k = 0; k < COMPLIANCES; k++) *most = PetscMax(*most, largest[k]);
   PetscCall(VecRestoreArrayRead(of_now->shear, &load));
   PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* SlipProblemOps.relaxation, from the rates of the last right-hand side, as w has the step's first ones while it is
+   judged; 0 where rates follow from momentum. Where friction sticks, it is the rate at which sliding cells relax. */
+PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  const SlipFaultBalance *b = &fault->balance;
+  PetscReal most, stiffest;
+
+  PetscFunctionBegin;
+  (void)ts;
+  *relaxation = 0;
+  if (fault->kind.inertia ||
+      !(fault->friction.law->always_slides ? b->known
+                                           : fault->problem.steps.any_integrator || fault->problem.sides.side))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
+  if (!fault->friction.law->always_slides) {
+    if (!b->resting) *relaxation = stiffest / b->eta;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall((*fault->cell_ops->compliance)(fault, w, &most));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   *relaxation = stiffest * most;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -321,7 +301,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
 }
 
 /* Gets the power that the medium loses beside the damping of the rate rel; it is cached for several observers. */
-static PetscErrorCode GetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, PetscReal *lost)
+PetscErrorCode SlipFaultGetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, PetscReal *lost)
 {
   SlipFaultLost *c = &fault->known.lost;
   SlipFaultMoment now;
@@ -380,23 +360,17 @@ static PetscErrorCode AddProducts(Vec x, Vec y, PetscReal sign, PetscReal *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
+PetscErrorCode SlipFaultHostPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
   Vec rel, hv, q = fault->cells;
   const PetscInt c = fault->layout.components;
-  const PetscReal *a, *f, *vinf, *b;
+  const PetscReal *a, *f;
   PetscReal lost = 0;
   PetscBool at_once, along;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
-  if (SlipFaultOnDevice(fault, w)) { /* all cells on the device slide, so that r is -q(w) sign(v) */
-    PetscCall(SlipFaultDevicePowers(fault, t, w, power));
-    if (friction && mesh->faults == 1) friction[0] = power[2];
-    if (friction && mesh->faults > 1) PetscCall(SlipFaultDeviceShares(fault, t, w, friction, NULL, NULL, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipElasticRests(fault->medium, &at_once));
   if (r || !fault->problem.steps.any_integrator || fault->friction.law->always_slides || fault->device.device)
     at_once = PETSC_FALSE;
@@ -411,18 +385,6 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   if (along) PetscCall(AddProducts(rel, r, -1, &power[2]));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(SlipFaultDamping(fault, t, rel, hv));
-  const SlipArrays there[] = {{w, .read = &a}, {rel, .read = &b}, {hv, .read = &f}, {r, .read = &vinf}};
-  const PetscReal known = r ? 1 : 0;
-
-  if (mesh->faults == 1 && SlipFaultSticksOnDevice(fault, 4, there)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_POWERS, 1, &known, 4, there, 3, 3, power));
-    if (friction) friction[0] = power[2];
-    PetscCall(GetLost(fault, t, w, rel, &lost));
-    PetscCall(SlipFaultRestoreWork(fault, &hv));
-    PetscCall(SlipFaultRestoreWork(fault, &rel));
-    power[0] += lost;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
   PetscCall(AddProducts(rel, hv, 1, &power[0]));
   PetscCall(AddProducts(fault->operators.vinf, hv, 1, &power[1]));
@@ -441,10 +403,17 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   if (friction)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscCall(GetLost(fault, t, w, rel, &lost));
+  PetscCall(SlipFaultGetLost(fault, t, w, rel, &lost));
   PetscCall(SlipFaultRestoreWork(fault, &hv));
   PetscCall(SlipFaultRestoreWork(fault, &rel));
   power[0] += lost;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
+{
+  PetscFunctionBegin;
+  PetscCall((*fault->cell_ops->powers)(fault, t, w, r, power, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

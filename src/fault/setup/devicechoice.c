@@ -1,5 +1,7 @@
-/* Decides -fault_device auto: a graphics card if there is one that can compute this fault, else the processor. The
-   choice replaces "auto" in the options, so that all other code has only two cases. */
+/* Runs a fault on an OpenCL device, -fault_device: its vectors are there (VECSLIPOPENCL), products and all that a step
+   needs of the cells are computed there (observe/cellsopencl.c), and the processor gets a few numbers. It computes the
+   rest from the mirrors of vectors, which are then fetched. -fault_device auto is a graphics card if there is one that
+   can compute this fault, else the processor; the choice replaces "auto" in the options. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfaultfeatures.h>
@@ -74,4 +76,71 @@ PetscErrorCode SlipFaultDeviceRoom(SlipFault fault, PetscBool *room)
   } else
     PetscCall(SlipDeviceReserve(d->device, (size_t)d->bytes, "the stiffness and the vectors of the fault"));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Opens the device; before the stiffness. */
+PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault)
+{
+  SlipFaultDevice *d = &fault->device;
+  const char *prefix = SlipFaultPrefix(fault), *name = fault->options.text[FAULT_DEVICE_NAME];
+  char asked[PETSC_MAX_PATH_LEN + 128];
+  PetscMPIInt size;
+  PetscBool used;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_DEVICE], "opencl", &used));
+  if (!used) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCheck(size == 1, fault->comm, PETSC_ERR_SUP, "-%sfault_device opencl is of one process: expected 1, not %d",
+             prefix, (int)size);
+  PetscCheck(!fault->friction.law->always_slides || !strcmp(fault->friction.law->name, "rate_and_state"), fault->comm,
+             PETSC_ERR_SUP,
+             "-%sfault_device opencl knows no cells that always slide but those of rate and state: expected "
+             "-%sfault_friction_law rate_and_state, or one that sticks, not %s",
+             prefix, prefix, fault->friction.law->name);
+  PetscCall(PetscSNPrintf(asked, sizeof(asked), "-%sfault_device opencl%s%s%s%s", prefix, name[0] ? " -" : "",
+                          name[0] ? prefix : "", name[0] ? "fault_device_name " : "", name));
+  PetscCall(SlipDeviceOpen(fault->comm, asked, name, &d->device));
+  PetscCall(SlipDeviceRegisterVec());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
+{
+  SlipFaultDevice *d = &fault->device;
+  SlipDeviceMemory *const memory[] = {&d->cells, &d->pressure, &d->record, &d->distance2, &d->faults};
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(memory); k++)
+    if (*memory[k]) PetscCall(SlipDeviceFree(d->device, memory[k]));
+  PetscCall(VecDestroy(&d->shear));
+  PetscCall(VecDestroy(&d->sticking));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints what of a device the fault takes, or why it has none. */
+PetscErrorCode SlipFaultDeviceView(SlipFault fault, PetscViewer viewer)
+{
+  const SlipFaultDevice *d = &fault->device;
+  char text[512];
+
+  PetscFunctionBegin;
+  if (d->device) {
+    PetscCall(SlipDeviceText(d->device, text, sizeof(text)));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s, of which the fault and its integrator take up to %.3g MB%s\n",
+                                     text, 1e-6 * (double)d->bytes, d->automatic ? ", by -fault_device auto" : ""));
+  } else if (d->automatic)
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "device: none by -%sfault_device auto, as %s\n", SlipFaultPrefix(fault), d->why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gets the numbers of arrays to and from the device and of numbers from it, since the process began. */
+void SlipFaultDeviceTraffic(PetscInt64 traffic[3])
+{
+  const SlipDeviceTraffic now = SlipDeviceGetTraffic();
+
+  traffic[0] = now.puts;
+  traffic[1] = now.fetches;
+  traffic[2] = now.numbers;
 }

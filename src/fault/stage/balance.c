@@ -333,8 +333,8 @@ static void RatesOfDisplacement(SlipFault fault, const PetscReal *restrict v, co
     }
 }
 
-/* Computes b->rate for the state w at t, and the rates F of the state unless F is NULL. */
-PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
+/* Computes b->rate from b->force, and the rates F unless that is NULL. */
+PetscErrorCode SlipFaultHostRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
   const PetscInt c = fault->layout.components;
@@ -345,21 +345,6 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   Vec stress;
 
   PetscFunctionBegin;
-  b->time = t;
-  b->known = PETSC_TRUE;
-  PetscCall(CreateRoom(fault));
-  PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
-  PetscCall(
-    SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
-  PetscCall(PetscLogEventBegin(SLIP_Cells, 0, 0, 0, 0));
-  SlipWorkAdd(SLIP_WORK_RATE, 1);
-  SlipWorkAdd(fault->friction.law->always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH,
-              (PetscReal)(fault->mesh.n * c));
-  if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(SlipFaultDeviceRates(fault, t, w, F));
-    PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   if (fault->kind.coupled) {
     PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
@@ -393,6 +378,26 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(VecRestoreArrayWrite(stress, &tau));
   PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
   PetscCall(SlipFaultRestoreWork(fault, &stress));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes b->rate for the state w at t, and the rates F of the state unless F is NULL. */
+PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
+{
+  SlipFaultBalance *b = &fault->balance;
+
+  PetscFunctionBegin;
+  b->time = t;
+  b->known = PETSC_TRUE;
+  PetscCall(CreateRoom(fault));
+  PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
+  PetscCall(
+    SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
+  PetscCall(PetscLogEventBegin(SLIP_Cells, 0, 0, 0, 0));
+  SlipWorkAdd(SLIP_WORK_RATE, 1);
+  SlipWorkAdd(fault->friction.law->always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH,
+              (PetscReal)(fault->mesh.n * fault->layout.components));
+  PetscCall((*fault->cell_ops->rates)(fault, t, w, F));
   PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -400,21 +405,9 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 /* Puts b->rate into the state w. */
 PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 {
-  const PetscReal *v;
-  PetscReal *a;
-
   PetscFunctionBegin;
   fault->balance.put++;
-  if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(SlipFaultDeviceMove(fault, w, fault->layout.rate, PETSC_TRUE, fault->balance.rate));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetArrayRead(fault->balance.rate, &v));
-  PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
-    for (PetscInt k = 0; k < c; k++) a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
-  PetscCall(VecRestoreArray(w, &a));
-  PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
+  PetscCall(SlipFaultMove(fault, fault->layout.rate, PETSC_TRUE, w, fault->balance.rate));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -123,34 +123,20 @@ static void KickCell(SlipFault fault, const Kick *kick, PetscInt i, PetscReal a,
 
 /* A kick is exact for friction that does not depend on the rate. Else it uses Alexander's second formula, which is of
    second order and L-stable, as friction at low rates is stiff. */
-static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx)
+PetscErrorCode SlipFaultHostKick(SlipFault fault, PetscReal t, PetscReal a, Vec g, Vec eta, Vec w, PetscBool *ok)
 {
-  SlipFault fault = (SlipFault)ctx;
   const PetscInt c = fault->layout.components;
   Kick kick = {.eta = NULL};
   SlipBathe alexander;
-  Vec eta = NULL;
   PetscReal *b;
   const SlipArrays arrays[] = {{g, .read = &kick.push}, {fault->operators.vinf, .read = &kick.vinf}, {w, .write = &b}};
 
   PetscFunctionBegin;
-  (void)con;
-  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   SlipBatheSetUpBackward(&alexander);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &kick.friction));
   if (SlipFaultOpens(fault)) {
     kick.friction = SlipFaultCellFriction(fault, fault->coupling.one);
     kick.friction.weight = NULL;
-  }
-  if (Radiates(fault)) PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &eta));
-  {
-    const SlipArrays with[] = {arrays[0], arrays[1], arrays[2], {eta, .read = &kick.eta}};
-    const PetscReal numbers[] = {fault->operators.mass, a, eta ? 1 : 0};
-
-    if (!fault->friction.law->by_rate && SlipFaultSticksOnDevice(fault, 4, with)) {
-      PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_KICK, 3, numbers, 4, with, 0, 0, NULL));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
   }
   PetscCall(SlipArraysGet(3, arrays));
   if (eta) PetscCall(VecGetArrayRead(eta, &kick.eta));
@@ -182,10 +168,22 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Advances du/dt = v - v_inf and the states. A cell that closes stops: it does not bounce. */
-static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
+static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  Vec eta = NULL;
+
+  PetscFunctionBegin;
+  (void)con;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
+  if (Radiates(fault)) PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &eta));
+  PetscCall((*fault->cell_ops->kick)(fault, t, a, g, eta, w, ok));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Advances du/dt = v - v_inf and the states. A cell that closes stops: it does not bounce. */
+PetscErrorCode SlipFaultHostDrift(SlipFault fault, PetscReal t, PetscReal h, Vec w)
+{
   const PetscInt c = fault->layout.components;
   SlipFrictionCells friction;
   const PetscReal *vinf;
@@ -193,15 +191,8 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   Vec rate;
   const SlipArrays arrays[] = {
     {fault->operators.vinf, .read = &vinf}, {fault->stage.s0, .write = &work}, {w, .write = &a}};
-  const SlipArrays there[] = {arrays[0], arrays[2]};
 
   PetscFunctionBegin;
-  (void)con, (void)from;
-  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
-  if (SlipFaultSticksOnDevice(fault, 2, there)) {
-    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_DRIFT, 1, &h, 2, there));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   if (fault->kind.coupled) /* friction of the start, where states follow normal stress */
     friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else
@@ -220,6 +211,17 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscCall(VecRestoreArrayWrite(rate, &speed));
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCall(SlipFaultRestoreWork(fault, &rate));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)con, (void)from;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
+  PetscCall((*fault->cell_ops->drift)(fault, t, h, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -6,7 +6,7 @@
 
 /* Computes u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights.
    Without inertia the balance is that of the stage's end alone. */
-static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
+PetscErrorCode SlipFaultHostEliminate(SlipFault fault, const SlipStage *stage)
 {
   const PetscReal theta = stage->theta;
   const PetscInt n = fault->layout.components;
@@ -15,14 +15,8 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   const SlipArrays arrays[] = {{stage->base, .read = &base},           {stage->explicit_part, .read = &ex},
                                {fault->operators.vinf, .read = &vinf}, {fault->stage.c, .write = &c},
                                {fault->stage.u0, .write = &u0},        {fault->stage.s0, .write = &s0}};
-  const PetscReal numbers[] = {fault->kind.inertia ? fault->operators.mass / theta : 0, theta,
-                               stage->explicit_part ? 1 : 0};
 
   PetscFunctionBegin;
-  if (SlipFaultSticksOnDevice(fault, 6, arrays)) {
-    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_ELIMINATE, 3, numbers, 6, arrays));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipArraysGet(6, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     for (PetscInt k = n * i; k < n * (i + 1); k++) {
@@ -90,7 +84,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   fault->stage.theta = stage->theta;
   fault->stage.last = stage->nfrom > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
-  PetscCall(SlipFaultEliminate(fault, stage));
+  PetscCall((*fault->cell_ops->eliminate)(fault, stage));
   PetscCall(SlipFaultStoreStart(fault, stage));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, force, NULL));
@@ -178,23 +172,15 @@ static SlipFrictionCells FrictionOverPressure(SlipFault fault)
 }
 
 /* Computes q_i = mu(s_i, |v_i|) sigma_i, without sigma_i where cells open, and dq_i/d|v_i|; s: at the stage's end. */
-static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
+PetscErrorCode SlipFaultHostBound(SlipFault fault, Vec x, Vec q, Vec dq)
 {
-  SlipFault fault = (SlipFault)ctx;
   SlipFrictionCells friction;
   const PetscInt states = fault->layout.states;
   const PetscReal *v, *s0, *speed;
   PetscReal *a, *b = NULL, *factor;
   const SlipArrays arrays[] = {{x, .read = &v}, {fault->stage.s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
-  const PetscReal numbers[] = {fault->stage.theta, dq ? 1 : 0};
 
   PetscFunctionBegin;
-  (void)con;
-  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
-  if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_BOUND, 2, numbers, 4, arrays, 0, 0, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   if (SlipFaultOpens(fault))
     friction = FrictionOverPressure(fault);
   else if (fault->kind.coupled)
@@ -214,6 +200,17 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
     PetscCall(VecRestoreArrayWrite(fault->coupling.factor, &factor));
   }
   PetscCall(SlipArraysRestore(4, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)con;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
+  PetscCall((*fault->cell_ops->bound)(fault, x, q, dq));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -244,20 +241,14 @@ static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction
 
 /* Computes dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing does not
    count: it takes years, and a long stage sets it against the weakening, but instabilities take seconds. */
-static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
+PetscErrorCode SlipFaultHostStartSlope(SlipFault fault, Vec dq)
 {
-  SlipFault fault = (SlipFault)ctx;
   SlipFrictionCells friction;
   const PetscReal *s0;
   PetscReal *slope;
   const SlipArrays arrays[] = {{fault->stage.s0, .read = &s0}, {dq, .write = &slope}};
 
   PetscFunctionBegin;
-  (void)con;
-  if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_START_SLOPE, 1, &fault->stage.theta, 2, arrays, 0, 0, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -267,6 +258,14 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
     slope[i] = fault->stage.theta * ds * friction.stress[i] * (friction.weight ? friction.weight[i] : 1);
   }
   PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall((*((SlipFault)ctx)->cell_ops->start_slope)((SlipFault)ctx, dq));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -330,7 +329,7 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 }
 
 /* Sets w = (v, u0 + theta v, s), with the opening counted as in CountFromClosed(). */
-PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
+PetscErrorCode SlipFaultHostLift(SlipFault fault, Vec x, Vec w)
 {
   SlipFrictionCells friction;
   const PetscReal *v, *u0, *s0;
@@ -340,10 +339,6 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
     {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
-  if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
-    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_LIFT, 1, &fault->stage.theta, 4, arrays));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   if (fault->kind.coupled && fault->friction.follows)
     PetscCall(SlipFaultCoupledBound(fault, x, &friction));
   else
@@ -369,6 +364,13 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
+{
+  PetscFunctionBegin;
+  PetscCall((*fault->cell_ops->lift)(fault, x, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -379,14 +381,36 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Fills F from the force and the rates relative to the far field. */
+PetscErrorCode SlipFaultHostSmooth(SlipFault fault, const SlipFrictionCells *friction, Vec w, Vec relative, Vec force,
+                                   Vec F)
+{
+  const PetscInt c = fault->layout.components;
+  const PetscReal *a, *r, *f;
+  PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {relative, .read = &r}, {force, .read = &f}, {F, .write = &b}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(4, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) {
+      b[SlipFaultRateAt(fault, i) + k] = -f[c * i + k];
+      b[SlipFaultDisplacementAt(fault, i) + k] = r[c * i + k];
+    }
+  SlipFrictionStateRate(friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
+                        c == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b + fault->layout.state);
+  for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
+    for (PetscInt k = 0; k < fault->layout.states && fault->balance.creeps[i]; k++)
+      b[SlipFaultStateAt(fault, i) + k] = 0;
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes F = (-f(u, v - v_inf, t) + T, v - v_inf, ds/dt), in Pa, m/s, m/s. */
 PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
   Vec rel, u, force, shear;
-  const PetscInt c = fault->layout.components;
-  const PetscReal *a, *r, *f;
-  PetscReal *b;
 
   PetscFunctionBegin;
   SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
@@ -412,29 +436,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
   PetscCall(SlipFaultGetShear(fault, t, &shear));
   if (shear) PetscCall(VecAXPY(force, -1, shear));
-  {
-    const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
-
-    if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
-      PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_SMOOTH, 0, NULL, 4, arrays));
-      PetscCall(SlipFaultRestoreWork(fault, &force));
-      PetscCall(SlipFaultRestoreWork(fault, &u));
-      PetscCall(SlipFaultRestoreWork(fault, &rel));
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(SlipArraysGet(4, arrays));
-    for (PetscInt i = 0; i < fault->mesh.n; i++)
-      for (PetscInt k = 0; k < c; k++) {
-        b[SlipFaultRateAt(fault, i) + k] = -f[c * i + k];
-        b[SlipFaultDisplacementAt(fault, i) + k] = r[c * i + k];
-      }
-    SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
-                          c == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b + fault->layout.state);
-    for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
-      for (PetscInt k = 0; k < fault->layout.states && fault->balance.creeps[i]; k++)
-        b[SlipFaultStateAt(fault, i) + k] = 0;
-    PetscCall(SlipArraysRestore(4, arrays));
-  }
+  PetscCall((*fault->cell_ops->smooth)(fault, &friction, w, rel, force, F));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCall(SlipFaultRestoreWork(fault, &rel));
@@ -449,19 +451,13 @@ static PetscErrorCode Smooth(SlipConstraint con, PetscReal t, Vec w, Vec Fs, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
+PetscErrorCode SlipFaultHostAddReaction(SlipFault fault, PetscReal a, Vec r, Vec F)
 {
-  SlipFault fault = (SlipFault)ctx;
   const PetscReal *tau;
   PetscReal *f;
   const SlipArrays arrays[] = {{r, .read = &tau}, {F, .write = &f}};
 
   PetscFunctionBegin;
-  (void)con;
-  if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
-    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_ADD_REACTION, 1, &a, 2, arrays));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < c; k++) {
@@ -476,20 +472,19 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
+static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F, void *ctx)
 {
-  SlipFault fault = (SlipFault)ctx;
-  PetscReal *a;
-  const PetscReal mass = fault->kind.inertia ? fault->operators.mass : 0;
-  const SlipArrays arrays[] = {{k, .write = &a}};
-
   PetscFunctionBegin;
   (void)con;
-  if (F != k) PetscCall(VecCopy(F, k));
-  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
-    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_MASS, 1, &mass, 1, arrays));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall((*((SlipFault)ctx)->cell_ops->add_reaction)((SlipFault)ctx, a, r, F));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultHostSolveMass(SlipFault fault, Vec k)
+{
+  PetscReal *a;
+
+  PetscFunctionBegin;
   PetscCall(VecGetArray(k, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     for (PetscInt k = SlipFaultRateAt(fault, i); k < SlipFaultDisplacementAt(fault, i); k++)
@@ -498,8 +493,17 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  if (F != k) PetscCall(VecCopy(F, k));
+  PetscCall((*((SlipFault)ctx)->cell_ops->solve_mass)((SlipFault)ctx, k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes q = mu(s, |v|) sigma_n w [Pa], a vector of cells, for a state at t; the weights w are 1 on a grid. */
-PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
+PetscErrorCode SlipFaultHostStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
 {
   SlipFrictionCells friction;
   const PetscReal *a;
@@ -507,16 +511,19 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
-  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
-  if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_STRENGTH, 0, NULL, 2, arrays, 0, 0, NULL));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
                        fault->layout.components == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b, NULL);
   PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
+{
+  PetscFunctionBegin;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
+  PetscCall((*fault->cell_ops->strength)(fault, t, w, q));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

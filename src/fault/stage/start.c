@@ -1,6 +1,5 @@
 /* Creates the state vector of a fault and fills it with the start. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipdevice.h>
 
 /*@
   SlipFaultCreateState - creates a vector for the state w of block size 3, (v [m/s], u [m], s [m]) per cell

@@ -4,7 +4,6 @@
    */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 
 /* Chooses the places of a cell's numbers in a state; before the mesh. */
@@ -44,42 +43,31 @@ PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies to x the numbers of a state from an offset in the block of each cell, as many as slip has components. */
-static PetscErrorCode Take(SlipFault fault, Vec w, PetscInt offset, Vec x)
+/* Copies the numbers from an offset in the block of each cell, as many as slip has components, into x; or back. */
+PetscErrorCode SlipFaultMove(SlipFault fault, PetscInt offset, PetscBool back, Vec w, Vec x)
 {
-  const PetscInt c = fault->layout.components, block = fault->layout.block;
-  const PetscReal *a;
-  PetscReal *b;
+  const PetscReal numbers[] = {(PetscReal)fault->layout.components, (PetscReal)fault->layout.block, (PetscReal)offset};
 
   PetscFunctionBegin;
-  if (c == 2 && SlipDeviceVecIs(w) && SlipDeviceVecIs(x)) {
-    PetscCall(SlipFaultDeviceMove(fault, w, offset, PETSC_FALSE, x));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (c == 1) {
-    PetscCall(VecStrideGather(w, offset, x, INSERT_VALUES));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(x, &b));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    for (PetscInt k = 0; k < c; k++) b[c * i + k] = a[block * i + offset + k];
-  PetscCall(VecRestoreArrayWrite(x, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  if (fault->layout.components == 1)
+    PetscCall(back ? VecStrideScatter(x, offset, w, INSERT_VALUES) : VecStrideGather(w, offset, x, INSERT_VALUES));
+  else
+    PetscCall(SlipLoopRun(back ? SLIP_LOOP_PLACE_BLOCK : SLIP_LOOP_TAKE_BLOCK, fault->mesh.n, numbers,
+                          back ? (const Vec[]){x, w} : (const Vec[]){w, x}, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v)
 {
   PetscFunctionBegin;
-  PetscCall(Take(fault, w, fault->layout.rate, v));
+  PetscCall(SlipFaultMove(fault, fault->layout.rate, PETSC_FALSE, w, v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u)
 {
   PetscFunctionBegin;
-  PetscCall(Take(fault, w, fault->layout.displacement, u));
+  PetscCall(SlipFaultMove(fault, fault->layout.displacement, PETSC_FALSE, w, u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,23 +91,8 @@ PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], Pets
 /* Finds the largest |v| of a state [m/s]. Collective. */
 PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
 {
-  const PetscReal *a;
-  PetscReal most = 0;
-  const SlipArrays arrays[] = {{w, .read = &a}};
-
   PetscFunctionBegin;
-  if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(SlipFaultDeviceFastest(fault, w, largest));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
-    PetscCall(SlipDeviceVecLargest(w, fault->layout.rate, fault->layout.block, largest));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) most = SlipLarger(most, SlipFaultSpeed(fault, a, i));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  *largest = most;
+  PetscCall(SlipVecLargestStart(w, fault->layout.block, fault->layout.components, largest));
   PetscCall(SlipAllreduceLargest(fault->comm, 1, largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

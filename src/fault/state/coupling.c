@@ -52,8 +52,8 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscFunctionBegin;
   if (!fault->kind.coupled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->u));
-  PetscCall(SlipFaultDeviceCellVector(fault, &c->rise));
-  PetscCall(SlipFaultDeviceCellVector(fault, &c->drive));
+  PetscCall(SlipFaultCellVector(fault, &c->rise));
+  PetscCall(SlipFaultCellVector(fault, &c->drive));
   PetscCall(VecDuplicate(fault->cells, &c->factor));
   PetscCall(SlipElasticApply(fault->medium, fault->operators.vinf, NULL, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
@@ -61,7 +61,7 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
     PetscCall(PetscMalloc2(PetscMax(fault->mesh.n, 1), &c->one, PetscMax(fault->mesh.n, 1), &c->pull));
   for (PetscInt i = 0; i < fault->mesh.n && c->one; i++) c->one[i] = 1;
   if (fault->critical.start_share == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultDeviceCellVector(fault, &c->start));
+  PetscCall(SlipFaultCellVector(fault, &c->start));
   PetscCall(VecCopy(fault->critical.uc, c->u));
   PetscCall(VecScale(c->u, fault->critical.start_share));
   PetscCall(SlipElasticApply(fault->medium, c->u, NULL, c->start));
@@ -173,7 +173,7 @@ static PetscErrorCode CouplingCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(PetscNew(&c));
   *ctx = c;
   c->least = PETSC_MAX_REAL;
-  PetscCall(SlipFaultDeviceCellVector(fault, &c->bare));
+  PetscCall(SlipFaultCellVector(fault, &c->bare));
   PetscCall(VecZeroEntries(c->bare));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -204,21 +204,17 @@ static PetscErrorCode CouplingStep(SlipFault fault, TS ts, PetscInt step, PetscR
 {
   Clamping *c = (Clamping *)ctx;
   SlipFrictionCells friction;
-  PetscInt row = PETSC_MAX_INT, cells = 0, before = c->cells;
+  PetscInt row = PETSC_MAX_INT, cells = 0, before = c->cells, more;
+  PetscReal least;
   const PetscReal *a;
   PetscReal *bare;
 
   PetscFunctionBegin;
   (void)ts;
   (void)step;
-  if (SlipFaultOnDevice(fault, w)) { /* the device counts new cells, and without any there is nothing else to do */
-    PetscReal least;
-
-    PetscCall(SlipFaultDeviceBare(fault, time, w, c->bare, &cells, &least));
-    c->least = PetscMin(c->least, least);
-    if (!cells) PetscFunctionReturn(PETSC_SUCCESS);
-    cells = 0;
-  }
+  PetscCall((*fault->cell_ops->bare)(fault, time, w, c->bare, &more, &least));
+  c->least = PetscMin(c->least, least);
+  if (!more) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(c->bare, &bare));

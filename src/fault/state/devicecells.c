@@ -46,6 +46,20 @@ PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether slip rates are balanced on the device. */
+PetscBool SlipFaultDeviceBalances(SlipFault fault)
+{
+  return fault->device.device && fault->friction.law->keep && fault->balance.eta > 0 && !fault->kind.inertia
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+}
+
+/* Returns whether kernels can compute with this state. They cannot with a state that a user has created elsewhere. */
+PetscBool SlipFaultOnDevice(SlipFault fault, Vec w)
+{
+  return SlipFaultDeviceBalances(fault) && SlipDeviceVecIs(w) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* ---- numbers stored for each cell ---- */
 
 /* Fills [NumKept()][n] with the constants, and with the law under the normal stress of the start. */
@@ -74,8 +88,9 @@ static PetscErrorCode FillCells(SlipFault fault, PetscReal a[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PutThere(SlipFault fault, size_t n, const PetscReal from[], const char what[],
-                               SlipDeviceMemory *to)
+/* Allocates n numbers on the device, and sends them unless they are NULL. */
+PetscErrorCode SlipFaultDevicePut(SlipFault fault, size_t n, const PetscReal from[], const char what[],
+                                  SlipDeviceMemory *to)
 {
   PetscFunctionBegin;
   PetscCall(SlipDeviceAllocate(fault->device.device, sizeof(PetscReal) * n, what, to));
@@ -94,11 +109,13 @@ static PetscErrorCode CreateCells(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(kept, &a));
   PetscCall(FillCells(fault, a));
-  PetscCall(PutThere(fault, kept, a, "cells", &d->cells));
+  PetscCall(SlipFaultDevicePut(fault, kept, a, "cells", &d->cells));
   PetscCall(PetscFree(a));
-  if (loads->pressed) PetscCall(PutThere(fault, n, NULL, "the pore pressure", &d->pressure));
-  if (loads->rows) PetscCall(PutThere(fault, n * (size_t)loads->rows, loads->record, "pressures", &d->record));
-  if (loads->source.distance2) PetscCall(PutThere(fault, n, loads->source.distance2, "distances", &d->distance2));
+  if (loads->pressed) PetscCall(SlipFaultDevicePut(fault, n, NULL, "the pore pressure", &d->pressure));
+  if (loads->rows)
+    PetscCall(SlipFaultDevicePut(fault, n * (size_t)loads->rows, loads->record, "pressures", &d->record));
+  if (loads->source.distance2)
+    PetscCall(SlipFaultDevicePut(fault, n, loads->source.distance2, "distances", &d->distance2));
   d->loaded = d->pressed = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -388,7 +405,7 @@ PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscR
     PetscCall(PetscMalloc1(n, &a));
     for (PetscInt i = 0; i < n; i++)
       a[i] = (PetscReal)SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
-    PetscCall(PutThere(fault, (size_t)n, a, "cells", &d->faults));
+    PetscCall(SlipFaultDevicePut(fault, (size_t)n, a, "cells", &d->faults));
     PetscCall(PetscFree(a));
   }
   PetscCall(SlipDeviceVecRead(w, &state));
@@ -443,5 +460,35 @@ PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, 
 
     PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_SLIP, (size_t)n, 6, args, 1, 0, largest));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counts the displacements and states that are not within these bounds. */
+PetscErrorCode SlipFaultDeviceOutside(SlipFault fault, Vec w, PetscReal displacement, PetscReal bound,
+                                      PetscInt *outside)
+{
+  const int n = (int)fault->mesh.n, c = (int)fault->layout.components;
+  SlipDeviceMemory state;
+  PetscReal count;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceVecRead(w, &state));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(c), SLIP_DEVICE_ARG(displacement),
+                                  SLIP_DEVICE_ARG(bound), SLIP_DEVICE_ARG(state)};
+
+    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_OUTSIDE, (size_t)n, 5, args, 1, 1, &count));
+  }
+  *outside = (PetscInt)count;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates a vector of cells, on the device where the states are there. */
+PetscErrorCode SlipFaultCellVector(SlipFault fault, Vec *x)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCreate(fault->comm, x));
+  PetscCall(VecSetSizes(*x, fault->mesh.n, fault->mesh.N));
+  PetscCall(VecSetType(*x, fault->device.device ? VECSLIPOPENCL : VECSTANDARD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

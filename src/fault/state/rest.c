@@ -67,11 +67,10 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
 {
   const PetscReal *a;
-  const SlipArrays arrays[] = {{w, .read = &a}};
   PetscReal largest;
 
   PetscFunctionBegin;
-  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
+  if (!SlipFaultOpens(fault)) {
     PetscCall(SlipFaultLargestSpeed(fault, w, &largest));
     *moves = largest != 0 ? PETSC_TRUE : PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,5 @@
 /* Finds whether a state has changed since results were computed from it and cached. */
 #include <slipstep/private/slipfault.h>
-#include <slipstep/private/slipdevice.h>
 
 /* Sets now to everything that results of the state w depend on; *same: it equals `known`, that of the cached results.
    */
@@ -28,7 +27,7 @@ PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec 
   *same = PETSC_FALSE;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   if (!fault->balance.known || (!rests && fault->balance.time != t)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipDeviceVecSame(u, fault->balance.u, &here));
+  PetscCall(SlipVecSame(u, fault->balance.u, &here));
   PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -58,7 +57,7 @@ PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec 
     PetscBool here, same;
 
     if (!s->known[node]) continue;
-    PetscCall(SlipDeviceVecSame(relative, s->rate[node], &here));
+    PetscCall(SlipVecSame(relative, s->rate[node], &here));
     PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
     if (!same) continue;
     PetscCall(VecCopy(s->damping[node], damping));

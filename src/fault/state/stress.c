@@ -7,18 +7,10 @@
    is on the device where rates are balanced there. */
 PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
 {
-  const SlipFaultLoad *load;
-
   PetscFunctionBegin;
   *shear = NULL;
   if (!fault->loads.shears) PetscFunctionReturn(PETSC_SUCCESS);
-  if (SlipFaultDeviceBalances(fault)) {
-    PetscCall(SlipFaultDeviceShear(fault, t, shear));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
-  *shear = load->shear;
-  if (*shear && fault->device.device) PetscCall(SlipFaultStickShear(fault, shear));
+  PetscCall((*fault->cell_ops->shear)(fault, t, shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -147,17 +139,12 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
 */
 PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 {
-  const SlipFaultLoad *load = NULL;
   PetscInt opened = 0;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
   if (fault->loads.opened || !fault->loads.pressed || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (SlipFaultDeviceBalances(fault))
-    PetscCall(SlipFaultDeviceOpen(fault, t, &opened));
-  else
-    PetscCall(SlipFaultGetLoad(fault, t, &load));
-  for (PetscInt i = 0; i < fault->mesh.n && load; i++) opened += load->stress[i] <= 0 ? 1 : 0;
+  PetscCall((*fault->cell_ops->opened)(fault, t, &opened));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
   if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
   fault->loads.opened = PETSC_TRUE;

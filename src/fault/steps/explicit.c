@@ -62,34 +62,20 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum { BOUNDED = 64 };
-
-/* Counts those of n numbers that are not within their bounds, where these are positive. */
-SLIP_VECTOR static PetscInt Outside(PetscInt n, const PetscReal *restrict a, const PetscReal *restrict bound)
-{
-  PetscInt outside = 0;
-
-  for (PetscInt i = 0; i < n; i++) outside += !(PetscAbsReal(a[i]) < bound[i]) & (bound[i] > 0);
-  return outside;
-}
-
 /* TSSetFunctionDomainError(). TSRK subtracts a rejected step from the state, which leaves rounding of the size of what
    it had added. The result of a step that is far too long (rates grow as V0 exp(-psi)/d_c) must therefore be rejected
    before it is added. With pairs whose last stage is the step's end, the new state is a stage as well. */
 static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 {
-  PetscReal bound[BOUNDED * (2 * 3 + SLIP_MAX_STATES)] = {0};
+  PetscReal bound[2 * 3 + SLIP_MAX_STATES] = {0};
   PetscBool good;
-  const PetscReal *a;
-  PetscInt states, n, block, c, outside = 0;
+  PetscInt states, c, outside;
   SlipFault fault;
 
   PetscFunctionBegin;
   (void)t;
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
   states = fault->friction.law->nstates;
-  n = fault->mesh.n;
-  block = fault->layout.block;
   c = fault->layout.components;
   for (PetscInt k = 0; k < c; k++) bound[fault->layout.displacement + k] = EXPLICIT_FARTHEST;
   for (PetscInt k = 0; k < states; k++) {
@@ -97,15 +83,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 
     bound[fault->layout.state + k] = largest > 0 ? largest : PETSC_MAX_REAL;
   }
-  if (SlipFaultOnDevice(fault, w))
-    PetscCall(SlipFaultDeviceOutside(fault, w, EXPLICIT_FARTHEST, bound[fault->layout.state], &outside));
-  else {
-    for (PetscInt i = block; i < BOUNDED * block; i++) bound[i] = bound[i - block];
-    PetscCall(VecGetArrayRead(w, &a));
-    for (PetscInt i = 0; i < n; i += BOUNDED)
-      outside += Outside(PetscMin(BOUNDED, n - i) * block, a + i * block, bound);
-    PetscCall(VecRestoreArrayRead(w, &a));
-  }
+  PetscCall((*fault->cell_ops->outside)(fault, w, bound, &outside));
   good = outside == 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);

@@ -13,10 +13,9 @@ enum { COLUMNS_APART = 16 };
 
 typedef struct {
   SlipDevice device;
-  PetscErrorCode (*mult)(Mat, Vec, Vec); /* product with vectors that are not on the device */
-  int m, n;                              /* rows and columns */
-  PetscObjectState state;                /* state of the entries on the device */
-  SlipDeviceMemory entries, parts;       /* [n][m], [COLUMNS_APART][m] */
+  int m, n;                        /* rows and columns */
+  PetscObjectState state;          /* state of the entries on the device */
+  SlipDeviceMemory entries, parts; /* [n][m], [COLUMNS_APART][m] */
 } DenseOnDevice;
 #define DENSE "SlipDenseOnDevice"
 
@@ -59,10 +58,6 @@ static PetscErrorCode DenseMult(Mat A, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)A, DENSE, &d));
-  if (!SlipDeviceVecIs(x) || !SlipDeviceVecIs(y)) {
-    PetscCall((*d->mult)(A, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(PetscObjectStateGet((PetscObject)A, &now));
   if (now != d->state) PetscCall(DensePut(A, d)); /* it was scaled or filled again */
   PetscCall(SlipDeviceVecRead(x, &from));
@@ -99,7 +94,7 @@ static PetscErrorCode DenseDevice(Mat A, PetscBool use, PetscReal *bytes)
   PetscCall(SlipDeviceAllocate(d->device, size * (size_t)n, "the stiffness", &d->entries));
   PetscCall(SlipDeviceAllocate(d->device, size * COLUMNS_APART, "the stiffness", &d->parts));
   PetscCall(DensePut(A, d));
-  PetscCall(SlipLogProductsReplace(A, DenseMult, &d->mult));
+  PetscCall(PetscObjectComposeFunction((PetscObject)A, SLIP_DEVICE_MULT, DenseMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,39 +127,89 @@ static PetscErrorCode Find(Mat A, PetscErrorCode (**device)(Mat, PetscBool, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* If the device is the processor, as with pocl, nothing is put there: our products for the processor
-   compute in the memory of the vectors. */
-#define LENDS "SlipLendsToProcessor"
-typedef struct {
-  PetscErrorCode (*mult)(Mat, Vec, Vec);
-} Lends;
+/* ---- products by where the vectors are ---- */
 
-static PetscErrorCode LentMult(Mat A, Vec x, Vec y)
+/* If the device is the processor, as with pocl, nothing is put there: our products for the processor compute in the
+   memory of the vectors, which are lent to them. */
+#define ROUTES "SlipProductRoutes"
+typedef struct {
+  PetscErrorCode (*here)(Mat, Vec, Vec), (*there)(Mat, Vec, Vec); /* on the processor, and on the device */
+  PetscErrorCode (*both_here)(Mat, Mat, Vec, Vec, Vec), (*both_there)(Mat, Mat, Vec, Vec, Vec); /* with K and Kn */
+} Routes;
+
+static PetscErrorCode RoutedMult(Mat A, Vec x, Vec y)
 {
   const Vec there[] = {x, y};
   Vec here[2];
-  Lends *l;
+  Routes *r;
 
   PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)A, LENDS, &l));
-  if (!SlipDeviceVecIs(x) || !SlipDeviceVecIs(y)) {
-    PetscCall((*l->mult)(A, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipObjectQueryData((PetscObject)A, ROUTES, &r));
+  if (!SlipDeviceVecIs(x) || !SlipDeviceVecIs(y))
+    PetscCall((*r->here)(A, x, y));
+  else if (r->there)
+    PetscCall((*r->there)(A, x, y));
+  else {
+    PetscCall(SlipDeviceVecsLend(2, 1, there, here));
+    PetscCall((*r->here)(A, here[0], here[1]));
+    PetscCall(SlipDeviceVecsReturn(2, there, here));
   }
-  PetscCall(SlipDeviceVecsLend(2, 1, there, here));
-  PetscCall((*l->mult)(A, here[0], here[1]));
-  PetscCall(SlipDeviceVecsReturn(2, there, here));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether the processor computes products of A with x. */
-PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends)
+static PetscErrorCode RoutedBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 {
-  Lends *l;
+  const Vec there[] = {u, f, n};
+  Vec here[3];
+  Routes *k, *r;
 
   PetscFunctionBegin;
-  PetscCall(SlipObjectQueryData((PetscObject)A, LENDS, &l));
-  *lends = (PetscBool)(l && SlipDeviceVecIs(x));
+  PetscCall(SlipObjectQueryData((PetscObject)K, ROUTES, &k));
+  PetscCall(SlipObjectQueryData((PetscObject)Kn, ROUTES, &r));
+  if (!k || !SlipDeviceVecIs(u) || !SlipDeviceVecIs(f) || !SlipDeviceVecIs(n))
+    PetscCall((*r->both_here)(K, Kn, u, f, n));
+  else if (r->both_there)
+    PetscCall((*r->both_there)(K, Kn, u, f, n));
+  else {
+    PetscCall(SlipDeviceVecsLend(3, 1, there, here));
+    PetscCall((*r->both_here)(K, Kn, here[0], here[1], here[2]));
+    PetscCall(SlipDeviceVecsReturn(3, there, here));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Has vectors on the device multiplied there, or lent to the processor. Matrices without a product for the device use
+   operations of vectors, which compute where these are. */
+static PetscErrorCode Route(Mat A, PetscBool lends)
+{
+  Routes *r;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&r));
+  PetscCall(SlipObjectComposeData((PetscObject)A, ROUTES, r, SlipContainerDestroyDefault));
+  if (!lends) {
+    PetscCall(PetscObjectQueryFunction((PetscObject)A, SLIP_DEVICE_MULT, &r->there));
+    PetscCall(PetscObjectQueryFunction((PetscObject)A, SLIP_DEVICE_BOTH, &r->both_there));
+  }
+  if (lends || r->there) PetscCall(SlipLogProductsReplace(A, RoutedMult, &r->here));
+  PetscCall(PetscObjectQueryFunction((PetscObject)A, "MatSlipStiffnessMultBoth_C", &r->both_here));
+  if (r->both_here && (lends || r->both_there))
+    PetscCall(PetscObjectComposeFunction((PetscObject)A, "MatSlipStiffnessMultBoth_C", RoutedBoth));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipMatGetDiagonal(Mat A, Vec *stored, Vec d)
+{
+  PetscFunctionBegin;
+  if (!SlipDeviceVecIs(d)) {
+    PetscCall(MatGetDiagonal(A, d));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!*stored) {
+    PetscCall(VecDuplicate(d, stored));
+    PetscCall(MatGetDiagonal(A, *stored));
+  }
+  PetscCall(VecCopy(*stored, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -193,31 +238,24 @@ PetscErrorCode SlipMatUseDevice(Mat A)
   PetscErrorCode (*method)(Mat, PetscBool, PetscReal *);
   PetscReal bytes;
   SlipDevice device;
-  Lends *lends;
-  PetscBool *used;
+  Routes *used;
   PetscMPIInt size;
 
   PetscFunctionBegin;
   PetscCall(Find(A, &method));
-  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipUsesDevice", &used));
+  PetscCall(SlipObjectQueryData((PetscObject)A, ROUTES, &used));
   if (used) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipDeviceGet(&device));
   PetscCheck(device, PetscObjectComm((PetscObject)A), PETSC_ERR_ORDER, "No device is open for products");
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
   PetscCheck(size == 1, PetscObjectComm((PetscObject)A), PETSC_ERR_SUP,
              "products on a device are of one process: expected 1, not %d", (int)size);
-  if (SlipDeviceShares(device)) {
-    PetscCall(PetscNew(&lends));
-    PetscCall(SlipObjectComposeData((PetscObject)A, LENDS, lends, SlipContainerDestroyDefault));
-    PetscCall(SlipLogProductsReplace(A, LentMult, &lends->mult));
-  } else {
+  if (!SlipDeviceShares(device)) {
     PetscCall(SlipMatDeviceBytes(A, &bytes));
     PetscCall(SlipDeviceReserve(device, (size_t)bytes, "products"));
     PetscCall((*method)(A, PETSC_TRUE, &bytes));
   }
+  PetscCall(Route(A, SlipDeviceShares(device)));
   PetscCall(MatSetVecType(A, VECSLIPOPENCL));
-  PetscCall(PetscNew(&used));
-  *used = PETSC_TRUE;
-  PetscCall(SlipObjectComposeData((PetscObject)A, "SlipUsesDevice", used, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -51,6 +51,8 @@ PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, Pets
   if (ops->view) PetscCall(MatShellSetOperation(*A, MATOP_VIEW, SlipMatShellFn(ops->view)));
   if (ops->state) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_STATE_METHOD, ops->state));
   if (ops->device) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_DEVICE_METHOD, ops->device));
+  if (ops->device_mult) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_DEVICE_MULT, ops->device_mult));
+  if (ops->device_both) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_DEVICE_BOTH, ops->device_both));
   PetscCall(PetscObjectChangeTypeName((PetscObject)*A, type));
   PetscCall(PetscSNPrintf(name, sizeof(name), "MatConvert_%s_dense_C", type));
   PetscCall(PetscObjectComposeFunction((PetscObject)*A, name, ShellToDense));

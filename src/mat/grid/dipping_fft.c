@@ -8,7 +8,6 @@
 #include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <stdlib.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipwork.h>
@@ -35,7 +34,6 @@ typedef struct {
 typedef struct {
   Engine *engine;
   PetscBool normal; /* this is Kn */
-  PetscBool used;   /* it is on the device */
   PetscReal scale;  /* factor of MatScale() */
   Vec diagonal;     /* diagonal at a scale of 1 */
 } Dipping;
@@ -225,7 +223,6 @@ static PetscErrorCode DippingDevice(Mat A, PetscBool use, PetscReal *bytes)
   if (!e->device) PetscCall(SlipBlocksDeviceCreate(&shape, &e->device));
   PetscCall(d->normal ? SlipBlocksDevicePutNormal(e->device, e->normal)
                       : SlipBlocksDevicePutShear(e->device, e->stiffness));
-  d->used = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -237,13 +234,6 @@ static PetscErrorCode DippingMult(Mat A, Vec u, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(A, &d));
   e = d->engine;
-  if (d->used && SlipDeviceVecIs(u) && SlipDeviceVecIs(y)) {
-    PetscCall(SlipBlocksDeviceForward(e->device, u));
-    PetscCall(d->normal ? SlipBlocksDeviceNormal(e->device, d->scale, y)
-                        : SlipBlocksDeviceShear(e->device, d->scale, y));
-    PetscCall(LogFlops(e, (PetscBool)!d->normal, d->normal));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(Forward(e, u));
   ApplyBlocks(e, (PetscBool)!d->normal, d->normal);
   PetscCall(d->normal ? BackwardNormal(e, d->scale, y) : BackwardShear(e, d->scale, y));
@@ -251,8 +241,22 @@ static PetscErrorCode DippingMult(Mat A, Vec u, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MatSlipStiffnessMultBoth() of a Kn: it computes both products at once if K was created with this Kn. */
-static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
+static PetscErrorCode DippingDeviceMult(Mat A, Vec u, Vec y)
+{
+  Dipping *d;
+  Engine *e;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  e = d->engine;
+  PetscCall(SlipBlocksDeviceForward(e->device, u));
+  PetscCall(d->normal ? SlipBlocksDeviceNormal(e->device, d->scale, y) : SlipBlocksDeviceShear(e->device, d->scale, y));
+  PetscCall(LogFlops(e, (PetscBool)!d->normal, d->normal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes both products at once if K was created with this Kn. */
+static PetscErrorCode MultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n, PetscBool device)
 {
   Dipping *k, *kn;
   PetscBool together;
@@ -272,7 +276,7 @@ static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   PetscCall(PetscLogEventBegin(SLIP_StiffnessMult, K, u, f, n));
   SlipWorkBegin(SLIP_SHARE_PRODUCTS);
   SlipWorkAdd(SLIP_WORK_PRODUCT, 2);
-  if (k->used && kn->used && SlipDeviceVecIs(u) && SlipDeviceVecIs(f) && SlipDeviceVecIs(n)) {
+  if (device) {
     PetscCall(SlipBlocksDeviceForward(kn->engine->device, u));
     PetscCall(SlipBlocksDeviceShear(kn->engine->device, k->scale, f));
     PetscCall(SlipBlocksDeviceNormal(kn->engine->device, kn->scale, n));
@@ -287,6 +291,17 @@ static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   SlipWorkEnd();
   SlipProductsAdd((SlipProducts){.k = 2, .all = 2});
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* MatSlipStiffnessMultBoth() of this type */
+static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
+{
+  return MultBoth(K, Kn, u, f, n, PETSC_FALSE);
+}
+
+static PetscErrorCode DippingDeviceBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
+{
+  return MultBoth(K, Kn, u, f, n, PETSC_TRUE);
 }
 
 static PetscErrorCode DippingGetDiagonal(Mat A, Vec diagonal)
@@ -426,6 +441,8 @@ static PetscErrorCode CreateOne(MPI_Comm comm, const SlipDippingGrid *grid, Engi
                             .info = DippingGetInfo,
                             .destroy = DippingDestroy,
                             .device = DippingDevice,
+                            .device_mult = DippingDeviceMult,
+                            .device_both = DippingDeviceBoth,
                             .unsymmetric = normal};
   PetscInt N = engine->nx * engine->nz, n = PETSC_DECIDE;
   Dipping *d;

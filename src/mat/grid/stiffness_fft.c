@@ -2,7 +2,7 @@
    wavenumber, whichever is faster. */
 #include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipmatgrid.h>
 
 typedef struct {
@@ -96,17 +96,20 @@ static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
   if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
   *bytes += 2 * (PetscReal)sizeof(PetscReal) * (PetscReal)(c->end - c->start);
   if (use) {
-    PetscCall(SlipDeviceVecOf(c->border, &c->border_there));
+    PetscCall(SlipVecCopyThere(c->border, &c->border_there));
     PetscCall(VecDuplicate(c->border_there, &c->work_there));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode DeviceMult(FFTContext *c, Vec x, Vec y)
+static PetscErrorCode FFTDeviceMult(Mat K, Vec x, Vec y)
 {
+  FFTContext *c;
+
   PetscFunctionBegin;
+  PetscCall(MatShellGetContext(K, &c));
   if (c->there)
-    PetscCall(SlipToeplitzDeviceApply(c->there, c->scale, &c->there->stiffness, x, y));
+    PetscCall(SlipToeplitzMult(c->there, c->scale, &c->there->stiffness, x, y));
   else {
     PetscCall(SlipBlocksDeviceForward(c->blocks, x));
     PetscCall(SlipBlocksDeviceShear(c->blocks, c->scale, y));
@@ -123,10 +126,6 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  if ((c->there || c->blocks) && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    PetscCall(DeviceMult(c, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(MatSetUp_SlipFFT(K, c));
   PetscCall(KernelMult(c, x, y));
   if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
@@ -297,7 +296,8 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
                             .scale = FFTScale,
                             .info = FFTGetInfo,
                             .destroy = FFTDestroy,
-                            .device = FFTDevice};
+                            .device = FFTDevice,
+                            .device_mult = FFTDeviceMult};
   const PetscInt N = grid->nx * grid->nz;
   FFTContext *c;
   PetscReal *b;

@@ -109,15 +109,11 @@ PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitz
 
 PetscErrorCode SlipToeplitzSymbolDestroy(SlipToeplitzSymbol *s)
 {
-  SlipDevice device;
-
   PetscFunctionBegin;
   fftw_free(s->toeplitz);
   fftw_free(s->hankel);
   fftw_free(s->product);
-  PetscCall(SlipDeviceGet(&device));
-  for (int part = 0; part < 3; part++)
-    if (s->there[part]) PetscCall(SlipDeviceFree(device, &s->there[part]));
+  if (s->there_free) PetscCall((*s->there_free)(s));
   *s = (SlipToeplitzSymbol){NULL};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -65,6 +65,25 @@ static size_t SizeOf(SlipToeplitzDevice d, PetscInt part)
   return (size_t)(part ? 2 : 1) * ((size_t)d->height / 2 + 1) * (size_t)d->columns;
 }
 
+static PetscErrorCode FreeSymbol(SlipToeplitzSymbol *symbol)
+{
+  SlipDevice device;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceGet(&device));
+  for (int part = 0; part < 3; part++) PetscCall(SlipDeviceFree(device, &symbol->there[part]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Allocates a part of a symbol. */
+static PetscErrorCode AllocateSymbol(SlipToeplitzDevice d, PetscInt part, const char what[], SlipToeplitzSymbol *symbol)
+{
+  PetscFunctionBegin;
+  symbol->there_free = FreeSymbol;
+  PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * SizeOf(d, part), what, &symbol->there[part]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sends a part of a symbol, [height / 2 + 1][columns], to the device. */
 static PetscErrorCode PutSymbol(SlipToeplitzDevice d, SlipToeplitz plane, PetscInt part, SlipToeplitzSymbol *symbol)
 {
@@ -76,7 +95,7 @@ static PetscErrorCode PutSymbol(SlipToeplitzDevice d, SlipToeplitz plane, PetscI
   for (size_t i = 0; i < rows; i++)
     for (size_t k = 0; k < (size_t)d->columns; k++)
       SlipToeplitzSymbolOf(plane, symbol, part, (PetscInt)k, (PetscInt)i, a + each * (i * (size_t)d->columns + k));
-  PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * size, "the stiffness", &symbol->there[part]));
+  PetscCall(AllocateSymbol(d, part, "the stiffness", symbol));
   PetscCall(SlipDevicePut(d->device, size, a, symbol->there[part]));
   PetscCall(PetscFree(a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -122,14 +141,18 @@ static PetscBool Shares(void)
   return SlipDeviceShares(device);
 }
 
-/* Computes y = scale * (operator of this symbol) x, both on the device. */
-PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol, Vec x, Vec y)
+/* Computes y = scale * (operator of this symbol) x. */
+PetscErrorCode SlipToeplitzMult(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol, Vec x, Vec y)
 {
   SlipToeplitzDevice d;
   SlipDeviceMemory T, A, Q, from, to;
   int width, fields, hankel;
 
   PetscFunctionBegin;
+  if (!SlipDeviceVecIs(x) || !SlipDeviceVecIs(y)) {
+    PetscCall(SlipToeplitzApply(plane, scale, symbol, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (Shares()) {
     const Vec there[] = {x, y};
     Vec here[2];
@@ -201,8 +224,7 @@ static PetscErrorCode Sum(SlipToeplitzDevice d, size_t n, PetscReal identity, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness, PetscReal root,
-                                         SlipToeplitzSymbol *sum)
+static PetscErrorCode CombineThere(SlipToeplitz plane, const PetscReal factor[3], SlipToeplitzSymbol *sum)
 {
   SlipToeplitzSymbol *const k = &plane->stiffness, *const r = &plane->root;
   const SlipToeplitzSymbol *same;
@@ -210,10 +232,6 @@ PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity,
   SlipToeplitzDevice d;
 
   PetscFunctionBegin;
-  if (Shares()) {
-    PetscCall(SlipToeplitzCombine(plane, identity, stiffness, root, sum));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(Get(plane, &d));
   PetscCall(SlipToeplitzGetRoot(plane, &same, &diagonal));
   PetscCall(PutSymbols(d, plane, k));
@@ -222,10 +240,25 @@ PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity,
     const size_t n = SizeOf(d, part);
 
     if (!k->there[part]) continue;
-    if (!sum->there[part])
-      PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * n, "the stage operator", &sum->there[part]));
-    PetscCall(Sum(d, n, part ? 0 : identity, stiffness, k->there[part], root, r->there[part], sum->there[part]));
+    if (!sum->there[part]) PetscCall(AllocateSymbol(d, part, "the stage operator", sum));
+    PetscCall(Sum(d, n, part ? 0 : factor[0], factor[1], k->there[part], factor[2], r->there[part], sum->there[part]));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipToeplitzMultSum(SlipToeplitz plane, const PetscReal factor[3], SlipToeplitzSymbol *sum,
+                                   PetscReal here[3], PetscReal there[3], Vec x, Vec y)
+{
+  const PetscBool device = SlipDeviceVecIs(x) && SlipDeviceVecIs(y) && !Shares() ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal *stored = device ? there : here;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArraycmp(stored, factor, 3, &same));
+  if (!same && device) PetscCall(CombineThere(plane, factor, sum));
+  if (!same && !device) PetscCall(SlipToeplitzCombine(plane, factor[0], factor[1], factor[2], sum));
+  PetscCall(PetscArraycpy(stored, factor, 3));
+  PetscCall(SlipToeplitzMult(plane, 1, sum, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -260,9 +293,15 @@ static PetscErrorCode GetPlane(SlipToeplitzDevice d, SlipToeplitz plane)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes y = the part on the fault of 1 / f of the plane's operator, as SlipToeplitzApplyWaves() does. */
-PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
-                                              const PetscReal values[], Vec x, Vec y)
+/* Returns whether the processor computes products with such vectors. */
+PetscBool SlipToeplitzWantsValues(Vec x)
+{
+  return SlipDeviceVecIs(x) && !Shares() ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Replaces x by the part on the fault of 1 / f of the plane's operator, as SlipToeplitzApplyWaves() does. */
+PetscErrorCode SlipToeplitzInvert(SlipToeplitz plane, const SlipToeplitzInverse *f, const PetscReal values[], Vec x,
+                                  Vec y)
 {
   SlipToeplitzDevice d;
   SlipDeviceMemory from, to;
@@ -270,6 +309,10 @@ PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToep
   int width;
 
   PetscFunctionBegin;
+  if (!SlipDeviceVecIs(x)) {
+    PetscCall(SlipToeplitzApplyWaves(plane, values, x, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (values) {
     const Vec there[] = {x, y};
     Vec here[2];
@@ -277,6 +320,7 @@ PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToep
     PetscCall(SlipDeviceVecsLend(2, 1, there, here));
     PetscCall(SlipToeplitzApplyWaves(plane, values, here[0], here[1]));
     PetscCall(SlipDeviceVecsReturn(2, there, here));
+    PetscCall(VecCopy(y, x));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Get(plane, &d));
@@ -309,5 +353,6 @@ PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToep
 
     PetscCall(SlipDeviceRun(d->device, KERNEL_PLANE_TAKE, (size_t)d->nx, (size_t)d->nz, 6, args));
   }
+  PetscCall(VecCopy(y, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

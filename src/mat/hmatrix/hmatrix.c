@@ -13,7 +13,6 @@
 #include <float.h>
 #include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipmathmatrix.h>
 #include <slipstep/private/slipwork.h>
@@ -168,11 +167,6 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
-  if (h->device && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    PetscCall(SlipHDeviceApply(h->device, h->scale, x, y));
-    PetscCall(SlipWorkFlops(SLIP_WORK_HIERARCHY, h->flops));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(SlipGatherGet(&h->gather, x, &px));
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->columns; c++) h->x[h->columns * i + c] = px[h->columns * h->row[i] + c];
@@ -183,6 +177,17 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->rows; c++) h->z[h->rows * h->row[i] + c] = h->scale * h->y[h->rows * i + c];
   PetscCall(SlipGatherSum(&h->gather, h->z, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatDeviceMult(Mat S, Vec x, Vec y)
+{
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  PetscCall(SlipHDeviceApply(h->device, h->scale, x, y));
+  PetscCall(SlipWorkFlops(SLIP_WORK_HIERARCHY, h->flops));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -413,6 +418,7 @@ PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, Pet
                             .info = HMatGetInfo,
                             .destroy = HMatDestroy,
                             .device = HMatDevice,
+                            .device_mult = HMatDeviceMult,
                             .unsymmetric = whole};
   PetscInt work = 1, nlocal, *row;
   HMat *h;

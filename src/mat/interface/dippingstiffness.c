@@ -4,7 +4,6 @@
 #include <slipstep/rooms/slipmat.h>
 #include <slipstep/rooms/slipsys.h>
 #include <slipstep/private/slipelasticity.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>
 
@@ -249,18 +248,8 @@ PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDipp
 PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 {
   PetscErrorCode (*both)(Mat, Mat, Vec, Vec, Vec);
-  const Vec there[] = {u, f, n};
-  Vec here[3];
-  PetscBool lends;
 
   PetscFunctionBegin;
-  PetscCall(SlipMatLends(Kn, u, &lends));
-  if (lends) {
-    PetscCall(SlipDeviceVecsLend(3, 1, there, here));
-    PetscCall(MatSlipStiffnessMultBoth(K, Kn, here[0], here[1], here[2]));
-    PetscCall(SlipDeviceVecsReturn(3, there, here));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(PetscObjectQueryFunction((PetscObject)Kn, "MatSlipStiffnessMultBoth_C", &both));
   if (both) {
     PetscCall((*both)(K, Kn, u, f, n));

@@ -3,7 +3,7 @@
 #include <slipstep/rooms/slipmat.h>
 #include <slipstep/rooms/slipcells.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatcommon.h>
 
@@ -11,41 +11,19 @@ typedef struct {
   Mat S;       /* referenced */
   Vec product; /* S u */
   Vec weights; /* weights of S's rows, borrowed from S; NULL: 1 */
-  Vec there;   /* weights of the normal rows on the device; NULL: 1, or no device */
+  Vec there;   /* their copy on the device; NULL: none */
 } NormalRows;
 
 /* n_i = f_(3 i + 2) / w_i */
 static PetscErrorCode Take(const NormalRows *r, Vec f, Vec n)
 {
-  const PetscReal *a, *w = NULL;
-  PetscReal *b;
+  const PetscReal weighted = r->weights ? 1 : 0;
   PetscInt m;
-  const SlipArrays arrays[] = {{f, .read = &a}, {r->weights, .read = &w}, {n, .write = &b}};
-  const int start = 2, step = 3;
-  SlipDeviceMemory from, to;
-  SlipDevice device;
-  int rows;
 
   PetscFunctionBegin;
-  if (SlipDeviceVecIs(f) && SlipDeviceVecIs(n)) {
-    PetscCall(SlipDeviceGet(&device));
-    PetscCall(VecGetLocalSize(n, &m));
-    rows = (int)m;
-    PetscCall(SlipDeviceVecRead(f, &from));
-    PetscCall(SlipDeviceVecWrite(n, &to));
-    {
-      const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(rows), SLIP_DEVICE_ARG(start), SLIP_DEVICE_ARG(step),
-                                    SLIP_DEVICE_ARG(from), SLIP_DEVICE_ARG(to)};
-
-      PetscCall(SlipDeviceRun(device, KERNEL_GATHER, (size_t)rows, 1, 5, args));
-    }
-    if (r->there) PetscCall(VecPointwiseDivide(n, n, r->there));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(VecGetLocalSize(n, &m));
-  PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < m; i++) b[i] = a[3 * i + 2] / (w ? w[3 * i + 2] : 1);
-  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall(
+    SlipLoopRun(SLIP_LOOP_TAKE_THIRD, m, &weighted, (const Vec[]){f, r->there ? r->there : r->weights, n}, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -78,8 +56,7 @@ static PetscErrorCode NormalRowsMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 /* Puts the matrix on the device; S is there as well. */
 static PetscErrorCode NormalRowsDevice(Mat Kn, PetscBool use, PetscReal *bytes)
 {
-  const PetscReal *w;
-  PetscReal *a, own;
+  PetscReal own;
   PetscBool there;
   NormalRows *r;
   VecType type;
@@ -92,20 +69,12 @@ static PetscErrorCode NormalRowsDevice(Mat Kn, PetscBool use, PetscReal *bytes)
   PetscCall(PetscStrcmp(type, VECSLIPOPENCL, &there));
   PetscCall(SlipMatDeviceBytes(r->S, &own));
   if (there) own = 0;
-  *bytes = own + (PetscReal)sizeof(PetscReal) * (PetscReal)m * (r->weights ? 4 : 3);
+  *bytes = own + (PetscReal)sizeof(PetscReal) * (PetscReal)m * (r->weights ? 6 : 3);
   if (!use) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipMatUseDevice(r->S));
   PetscCall(VecDestroy(&r->product));
   PetscCall(MatCreateVecs(r->S, NULL, &r->product));
-  if (!r->weights) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecCreate(PetscObjectComm((PetscObject)Kn), &r->there));
-  PetscCall(VecSetSizes(r->there, m, PETSC_DETERMINE));
-  PetscCall(VecSetType(r->there, VECSLIPOPENCL));
-  PetscCall(VecGetArrayRead(r->weights, &w));
-  PetscCall(VecGetArrayWrite(r->there, &a));
-  for (PetscInt i = 0; i < m; i++) a[i] = w[3 * i + 2];
-  PetscCall(VecRestoreArrayWrite(r->there, &a));
-  PetscCall(VecRestoreArrayRead(r->weights, &w));
+  if (r->weights) PetscCall(SlipVecCopyThere(r->weights, &r->there));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -20,6 +20,7 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatstage.h>
 #include <math.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipwork.h>
 
 typedef struct {
@@ -218,7 +219,6 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   const PetscReal *symbol;
   PetscInt nk, count;
   PetscBool found = PETSC_FALSE;
-  SlipDevice device;
   Mat J;
 
   PetscFunctionBegin;
@@ -242,8 +242,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
     if (found && !c->cross) PetscCall(SlipToeplitzOf(parts.K, &c->plane));
     if (c->cross) PetscCall(VecDuplicate(c->cross, &c->beside));
-    PetscCall(SlipDeviceGet(&device));
-    if (c->plane && !(SlipDeviceVecIs(c->work) && !SlipDeviceShares(device))) {
+    if (c->plane && SlipToeplitzWantsValues(c->work)) {
       PetscCall(SlipToeplitzGetWaves(c->plane, &nk, &count, &symbol));
       PetscCall(PetscMalloc1(nk * count, &c->f));
     }
@@ -259,36 +258,10 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ChooseOnDevice(PCSlipStage *c, Vec r, Vec z)
-{
-  SlipDeviceMemory mask, x, y, to;
-  SlipDevice device;
-  PetscInt size;
-  int n;
-
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceGet(&device));
-  PetscCall(VecGetLocalSize(r, &size));
-  n = (int)size;
-  PetscCall(SlipDeviceVecRead(c->mask, &mask));
-  PetscCall(SlipDeviceVecRead(c->work, &x));
-  PetscCall(SlipDeviceVecRead(r, &y));
-  PetscCall(SlipDeviceVecWrite(z, &to));
-  {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(mask), SLIP_DEVICE_ARG(x), SLIP_DEVICE_ARG(y),
-                                  SLIP_DEVICE_ARG(to)};
-
-    PetscCall(SlipDeviceRun(device, KERNEL_CHOOSE, (size_t)n, 1, 5, args));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Applies the preconditioner; the work vector is masked r first and P times that later. */
 static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
 {
   PCSlipStage *c = NULL;
-  const PetscReal *mask, *pr, *pw;
-  PetscReal *pz;
   PetscInt n;
 
   PetscFunctionBegin;
@@ -301,25 +274,15 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   else
     PetscCall(VecCopy(r, c->work));
   if (c->plane) {
-    if (SlipDeviceVecIs(c->work)) {
-      PetscCall(SlipToeplitzDeviceApplyInverse(c->plane, &c->inverse_symbol, c->f, c->work, c->inverse));
-      PetscCall(VecCopy(c->inverse, c->work));
-    } else
-      PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
+    PetscCall(SlipToeplitzInvert(c->plane, &c->inverse_symbol, c->f, c->work, c->inverse));
     SlipProductsAdd((SlipProducts){.pc = 1});
   } else if (c->cross)
     PetscCall(ApplyBlocks(c));
   else
     PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
-  if (c->mask && SlipDeviceVecIs(c->mask) && SlipDeviceVecIs(r) && SlipDeviceVecIs(z))
-    PetscCall(ChooseOnDevice(c, r, z));
-  else if (c->mask) {
-    const SlipArrays arrays[] = {{c->mask, .read = &mask}, {r, .read = &pr}, {c->work, .read = &pw}, {z, .write = &pz}};
-
+  if (c->mask) {
     PetscCall(VecGetLocalSize(r, &n));
-    PetscCall(SlipArraysGet(4, arrays));
-    for (PetscInt i = 0; i < n; i++) pz[i] = mask[i] != 0 ? pw[i] : pr[i];
-    PetscCall(SlipArraysRestore(4, arrays));
+    PetscCall(SlipLoopRun(SLIP_LOOP_CHOOSE, n, NULL, (const Vec[]){c->mask, c->work, r, z}, NULL));
   } else
     PetscCall(VecCopy(c->work, z));
   SlipWorkEnd();

@@ -55,7 +55,9 @@ static PetscErrorCode StageReset(SlipStageContext *s)
   PetscCall(MatDestroy(&s->approximation));
   PetscCall(SlipGatherDestroy(&s->gather));
   s->strike = NULL;
-  s->assembled_theta = s->device_theta = 0;
+  s->assembled_theta = 0;
+  PetscCall(PetscArrayzero(s->sum_here, 3));
+  PetscCall(PetscArrayzero(s->sum_there, 3));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

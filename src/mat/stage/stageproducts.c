@@ -4,22 +4,10 @@
 
 static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
 {
+  const PetscReal factor[] = {s->mass / s->theta, s->theta * s->scale, s->damping * PetscSqrtReal(s->scale)};
+
   PetscFunctionBegin;
-  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    if (s->device_theta != s->theta)
-      PetscCall(SlipToeplitzDeviceCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
-                                          s->damping * PetscSqrtReal(s->scale), &s->sum));
-    s->device_theta = s->theta;
-    s->assembled_theta = 0; /* devices that share the processor's memory have the same sum */
-    PetscCall(SlipToeplitzDeviceApply(s->plane, 1, &s->sum, x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (s->assembled_theta != s->theta)
-    PetscCall(SlipToeplitzCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
-                                  s->damping * PetscSqrtReal(s->scale), &s->sum));
-  s->assembled_theta = s->theta;
-  s->device_theta = 0;
-  PetscCall(SlipToeplitzApply(s->plane, 1, &s->sum, x, y));
+  PetscCall(SlipToeplitzMultSum(s->plane, factor, &s->sum, s->sum_here, s->sum_there, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,29 +81,16 @@ PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  if (SlipDeviceVecIs(d)) { /* the diagonals of K and H are sent there once */
-    for (int k = 0; k < 2 && !(k && s->mean > 0); k++) {
-      if (s->parts[k]) continue;
-      PetscCall(VecDuplicate(d, &s->parts[k]));
-      PetscCall(MatGetDiagonal(k ? s->H : s->K, s->parts[k]));
-    }
-    PetscCall(VecCopy(s->parts[0], d));
-  } else
-    PetscCall(MatGetDiagonal(s->K, d));
+  PetscCall(SlipMatGetDiagonal(s->K, &s->parts[0], d));
   PetscCall(VecScale(d, s->theta));
   if (s->weights)
     PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
-  else if (SlipDeviceVecIs(d)) {
-    PetscCall(VecSet(s->work, s->mass / s->theta));
-    PetscCall(VecAXPY(d, 1, s->work));
-  } else
+  else
     PetscCall(VecShift(d, s->mass / s->theta));
   if (s->mean > 0)
     PetscCall(VecScale(d, s->mean));
-  else if (SlipDeviceVecIs(d))
-    PetscCall(VecAXPY(d, 1, s->parts[1]));
   else {
-    PetscCall(MatGetDiagonal(s->H, s->work));
+    PetscCall(SlipMatGetDiagonal(s->H, &s->parts[1], s->work));
     PetscCall(VecAXPY(d, 1, s->work));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -6,6 +6,7 @@
   with Lanczos' method, and sets up the low-rank part once the method has taken as long as the set-up.
 */
 #include <slipcompat.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 /* Most cells for which sketches are made in a run: their low-rank part takes 67 MB there, and the set-up 0.5 GB */

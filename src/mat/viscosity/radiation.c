@@ -1,7 +1,7 @@
 /* Viscosity of type "slipradiation": eta diag(w), where w are the weights of the rows of K. */
 #include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <slipstep/private/slipmatviscosity.h>
 
@@ -71,7 +71,7 @@ static PetscErrorCode RadiationDevice(Mat H, PetscBool use, PetscReal *bytes)
   PetscCall(MatGetSize(H, &n, NULL));
   *bytes = r->weights ? (PetscReal)sizeof(PetscReal) * (PetscReal)n : 0;
   if (!use || !r->weights) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipDeviceVecOf(r->weights, &there));
+  PetscCall(SlipVecCopyThere(r->weights, &there));
   PetscCall(VecDestroy(&r->weights));
   r->weights = there;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -18,11 +18,8 @@ static PetscErrorCode PlaneMult(Mat H, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
-  PetscCall(SlipToeplitzGetRoot(c->plane, &root, &diagonal));
-  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y))
-    PetscCall(SlipToeplitzDeviceApply(c->plane, c->factor, &c->plane->root, x, y));
-  else
-    PetscCall(SlipToeplitzApply(c->plane, c->factor, root, x, y));
+  PetscCall(SlipToeplitzGetRoot(c->plane, &root, &diagonal)); /* forms it at first use */
+  PetscCall(SlipToeplitzMult(c->plane, c->factor, &c->plane->root, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

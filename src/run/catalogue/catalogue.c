@@ -218,7 +218,7 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
     Vec *vecs[] = {&cat->u0, &cat->stress0, &cat->stress, &cat->slip};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->critical.uc, vecs[i]));
-    PetscCall(SlipFaultDeviceCellVector(fault, &cat->rupture));
+    PetscCall(SlipFaultCellVector(fault, &cat->rupture));
   }
   {
     const PetscInt several = fault->mesh.faults > 1 ? fault->mesh.faults : 0;

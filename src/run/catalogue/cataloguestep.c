@@ -231,48 +231,18 @@ PetscErrorCode SlipCatalogueCross(SlipFaultCatalogue cat, SlipEventStep *step, P
 PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEventStep *step)
 {
   SlipFault fault = cat->fault;
-  const PetscReal rate = fault->options.value[FAULT_EVENT_RATE], begin = step->begin - cat->event.onset;
-  const PetscReal *a[SLIP_EVENT_NODES], *push = NULL;
-  PetscReal *t;
-  SlipArrays arrays[SLIP_EVENT_NODES + 1];
+  const PetscReal begin = step->begin - cat->event.onset;
   const int nodes = (int)step->nodes;
   PetscBool unbroken = PETSC_FALSE;
 
   PetscFunctionBegin;
   if (step->sticks && !cat->unbroken) PetscFunctionReturn(PETSC_SUCCESS);
-  if (SlipFaultOnDevice(fault, step->node[nodes - 1])) {
-    PetscCall(SlipFaultDeviceRupture(fault, step->nodes, step->node, step->share, begin, step->dt, cat->rupture));
-    PetscCall(SlipCatalogueHypocentres(cat, step->dt, step->node[nodes - 1]));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  for (int k = 0; k < nodes; k++) arrays[k] = (SlipArrays){step->node[k], .read = &a[k]};
-  arrays[nodes] = (SlipArrays){cat->rupture, .write = &t};
   if (step->sticks && !cat->push_known) {
     if (!cat->push) PetscCall(VecDuplicate(cat->rupture, &cat->push));
     PetscCall(SlipFaultStickingPush(fault, step->begin, cat->before, cat->push));
   }
-  PetscCall(SlipArraysGet(nodes + 1, arrays));
-  if (step->sticks) PetscCall(VecGetArrayRead(cat->push, &push));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    int k = 0;
-
-    if (t[i] >= 0) continue;
-    if (SlipFaultSpeed(fault, a[nodes - 1], i) <= rate) {
-      unbroken = PETSC_TRUE;
-      continue;
-    }
-    while (SlipFaultSpeed(fault, a[k], i) <= rate) k++;
-    t[i] = 0; /* a cell that exceeds it since the event began has no crossing */
-    if (!k) continue;
-    if (push && push[i] < 0) /* the cell started within the step */
-      t[i] = SlipEventCrossing(push[i], SlipFaultSpeed(fault, a[nodes - 1], i), rate);
-    else
-      t[i] = step->share[k - 1] + (step->share[k] - step->share[k - 1]) *
-                                    SlipEventCrossing(EventRate(fault, a[k - 1], i), EventRate(fault, a[k], i), rate);
-    t[i] = PetscMax(0, begin + step->dt * t[i]);
-  }
-  if (push) PetscCall(VecRestoreArrayRead(cat->push, &push));
-  PetscCall(SlipArraysRestore(nodes + 1, arrays));
+  PetscCall((*fault->cell_ops->rupture)(fault, step->nodes, step->node, step->share, begin, step->dt,
+                                        step->sticks ? cat->push : NULL, cat->rupture, &unbroken));
   if (step->sticks) {
     PetscCallMPI(MPI_Allreduce(&unbroken, &cat->unbroken, 1, MPIU_BOOL, MPI_LOR, fault->comm));
     cat->push_known = cat->unbroken;

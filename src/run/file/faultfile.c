@@ -58,12 +58,10 @@ PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
    reduction. */
 static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rate[], PetscReal moment[])
 {
-  const PetscInt n = fault->mesh.faults, c = fault->layout.components;
+  const PetscInt n = fault->mesh.faults;
   const PetscReal unit = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area,
                   start = fault->critical.start_share;
   const SlipFaultSums *sums;
-  const PetscReal *a, *uc, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
-  const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}};
 
   PetscFunctionBegin;
   if (n == 1) {
@@ -71,27 +69,8 @@ static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rat
     t += fault->loads.origin;
     rate[0] = sums->sum[SUM_V];
     moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
-  } else if (SlipFaultOnDevice(fault, w)) { /* the start is not critical there */
-    PetscReal *loading;
-
-    PetscCall(PetscMalloc1(n, &loading));
-    PetscCall(SlipFaultDeviceShares(fault, t, w, NULL, rate, moment, loading));
-    for (PetscInt k = 0; k < n; k++) moment[k] += (fault->loads.origin + t) * loading[k];
-    PetscCall(PetscFree(loading));
   } else {
-    t += fault->loads.origin;
-    PetscCall(PetscArrayzero(rate, n));
-    PetscCall(PetscArrayzero(moment, n));
-    PetscCall(SlipArraysGet(2, arrays));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
-      const PetscInt k = SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
-      const PetscReal weight = fault->mesh.weight[i], *along = SlipFaultAlong(fault, i);
-
-      rate[k] += weight * SlipFaultDot(fault, a + SlipFaultRateAt(fault, i), along);
-      moment[k] += weight * (SlipFaultDot(fault, a + SlipFaultDisplacementAt(fault, i), along) + t * vinf[i] -
-                             start * SlipFaultDot(fault, uc + c * i, along));
-    }
-    PetscCall(SlipArraysRestore(2, arrays));
+    PetscCall((*fault->cell_ops->moments)(fault, t, w, rate, moment));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moment, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
   }
@@ -109,8 +88,7 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
-  if (!r && fault->friction.law->always_slides && !SlipFaultOnDevice(fault, w))
-    PetscCall(SlipFaultStepTraction(fault, t, w, &r));
+  if (!r && fault->friction.law->always_slides) PetscCall((*fault->cell_ops->traction)(fault, t, w, &r));
   PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,

@@ -68,26 +68,10 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
 static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *largest)
 {
   SlipFault fault = out->fault;
-  const PetscReal dt = fault->loads.origin + time - out->when.entry_time,
-                  *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *u;
-  const PetscInt c = fault->layout.components;
-  const SlipArrays arrays[] = {{w, .read = &a}, {out->when.entry_u, .read = &u}};
+  const PetscReal dt = fault->loads.origin + time - out->when.entry_time;
 
   PetscFunctionBegin;
-  *largest = 0;
-  if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(out->when.entry_u)) {
-    PetscCall(SlipFaultDeviceSlip(fault, dt, w, out->when.entry_u, largest));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal slip[3] = {0, 0, 0};
-
-    for (PetscInt k = 0; k < c; k++)
-      slip[k] = a[SlipFaultDisplacementAt(fault, i) + k] - u[c * i + k] + vinf[i] * SlipFaultAlong(fault, i)[k] * dt;
-    *largest = PetscMax(*largest, SlipFaultLength(fault, slip));
-  }
-  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCall((*fault->cell_ops->slip)(fault, dt, w, out->when.entry_u, largest));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

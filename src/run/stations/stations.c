@@ -37,14 +37,15 @@ typedef struct {
 typedef struct {
   PetscInt n;
   Station *station;
-  PetscBool known;          /* a checkpoint has the start */
-  PetscReal start;          /* time of the start [s] */
-  PetscInt columns;         /* columns of their tables */
-  PetscInt numbers;         /* numbers in a row */
-  PetscReal *row;           /* [numbers n] */
-  SlipFaultDeviceLook look; /* their numbers on the device; m 0: the device does not send them */
-  PetscReal *stress;        /* [cells] room for normal stresses from the device */
-  SlipOutput output;        /* output with their tables, from this one on; NULL: there are no stations */
+  PetscBool known;    /* a checkpoint has the start */
+  PetscReal start;    /* time of the start [s] */
+  PetscInt columns;   /* columns of their tables */
+  PetscInt numbers;   /* numbers in a row */
+  PetscReal *row;     /* [numbers n] */
+  SlipFaultLook look; /* their numbers; m 0: before the first step */
+  PetscInt *cell;     /* their places on this process, in look */
+  PetscReal *stress;  /* [cells] room for normal stresses from the device */
+  SlipOutput output;  /* output with their tables, from this one on; NULL: there are no stations */
   PetscInt table;
   SlipFault fault;
 } Stations;
@@ -186,7 +187,8 @@ static PetscErrorCode StationsDestroy(void **ctx)
   PetscFunctionBegin;
   PetscCall(PetscFree2(list->station, list->row));
   PetscCall(PetscFree(list->stress));
-  PetscCall(SlipFaultDeviceLookDestroy(list->fault, &list->look));
+  PetscCall(SlipFaultLookDestroy(list->fault, &list->look));
+  PetscCall(PetscFree(list->cell));
   PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -266,38 +268,26 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 
 /* ---- rows of stations ---- */
 
-/* Gets from the device the numbers of each station, its state and traction, and the friction of the cells with which
-   the state is shown, as the device sends only a few numbers. */
+/* Gets the numbers of the stations, and the friction there. */
 static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *list, SlipFrictionCells *friction)
 {
-  const PetscInt width = fault->layout.block + 2;
-  PetscInt *cell;
+  const PetscInt width = fault->layout.block + fault->layout.components + 1;
 
   PetscFunctionBegin;
   if (!list->look.m) {
-    PetscCall(PetscMalloc1(list->n, &cell));
-    for (PetscInt k = 0; k < list->n; k++) cell[k] = list->station[k].local;
-    PetscCall(SlipFaultDeviceLookCreate(fault, list->n, cell, &list->look));
-    PetscCall(PetscFree(cell));
+    PetscCall(PetscMalloc1(list->n, &list->cell));
+    for (PetscInt k = 0; k < list->n; k++) list->cell[k] = list->station[k].local;
+    PetscCall(PetscMalloc1(list->n * width, &list->look.values));
     PetscCall(PetscMalloc1(fault->mesh.n, &list->stress));
     PetscCall(PetscArraycpy(list->stress, fault->loads.normal, fault->mesh.n));
+    list->look.m = list->n;
+    list->look.cell = list->cell;
   }
-  PetscCall(SlipFaultDeviceLookAt(fault, time, w, &list->look));
-  for (PetscInt k = 0; k < list->n && (fault->kind.coupled || fault->loads.pressed); k++)
-    list->stress[list->station[k].local] = list->look.values[width * (k + 1) - 1];
+  PetscCall((*fault->cell_ops->look)(fault, time, w, &list->look));
+  for (PetscInt k = 0; k < list->n; k++)
+    if (list->cell[k] >= 0) list->stress[list->cell[k]] = list->look.values[width * (k + 1) - 1];
   *friction = SlipFaultCellFriction(fault, list->stress);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns the traction of station k from the device [Pa], along component j. */
-static PetscReal LookTraction(SlipFault fault, const Stations *list, PetscInt k, PetscInt j)
-{
-  const PetscInt block = fault->layout.block;
-  const PetscReal *v = list->look.values + (block + 2) * k, strength = v[block];
-  const PetscReal speed = SlipFaultLength(fault, v);
-
-  if (fault->layout.components == 1) return v[0] > 0 ? -strength : strength;
-  return speed > 0 ? -strength * (v[j] / speed) : 0;
 }
 
 /* Adds a row for each station. Slip is signed, and follows from du/dt = v - v_inf. */
@@ -305,12 +295,11 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
 {
   Stations *list = (Stations *)ctx;
   const PetscInt c = fault->layout.plane;
-  const PetscReal *a = NULL, *r = NULL, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
-  const PetscBool there = SlipFaultOnDevice(fault, w);
+  const PetscInt block = fault->layout.block, width = block + fault->layout.components + 1;
+  const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   SlipFrictionCells friction;
   PetscMPIInt rank;
   const PetscReal since = fault->loads.origin + time - list->start;
-  Vec traction = NULL;
 
   PetscFunctionBegin;
   (void)ts;
@@ -318,38 +307,25 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscArrayzero(list->row, list->numbers * list->n));
-  if (there)
-    PetscCall(Look(fault, time, w, list, &friction));
-  else {
-    PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
-    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
-    PetscCall(VecGetArrayRead(w, &a));
-    PetscCall(VecGetArrayRead(traction, &r));
-  }
+  PetscCall(Look(fault, time, w, list, &friction));
   for (PetscInt k = 0; k < list->n; k++) {
     const Station *s = &list->station[k];
     const PetscInt i = s->local;
-    const PetscReal *state = there ? list->look.values + (fault->layout.block + 2) * k : NULL;
+    const PetscReal *state = list->look.values + width * k;
     PetscReal *row = list->row + list->numbers * k;
 
     if (i < 0) continue;
-    if (!there) state = a + fault->layout.block * i;
     *row++ = time;
     for (PetscInt j = 0; j < c; j++, row++) {
       row[0] = state[fault->layout.displacement + j] - s->u0[j] + vinf[i] * SlipFaultAlong(fault, i)[j] * since;
       row[c] = state[fault->layout.rate + j];
-      row[2 * c] =
-        there ? LookTraction(fault, list, k, j) : r[fault->layout.components * i + j] / fault->mesh.weight[i];
+      row[2 * c] = state[block + j];
     }
     row += 2 * c;
     for (PetscInt j = 0; j < fault->layout.states; j++)
       *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
     if (fault->kind.coupled) *row++ = friction.stress[i];
     if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
-  }
-  if (!there) {
-    PetscCall(VecRestoreArrayRead(traction, &r));
-    PetscCall(VecRestoreArrayRead(w, &a));
   }
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(list->numbers * list->n), MPIU_REAL,

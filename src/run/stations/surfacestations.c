@@ -20,15 +20,15 @@ enum { SURFACE_NAMED = 100 };
 
 typedef struct {
   PetscInt n;
-  PetscReal *point;           /* [n][2] x, y [m] */
-  PetscReal *matrix;          /* [local cells][components][n][3] displacement for 1 m of slip or opening [m/m] */
-  PetscReal *plates;          /* [n][3] velocity of the plates [m/s]; NULL: not included */
-  PetscReal begin;            /* time of the start [s] */
-  PetscReal *row;             /* [1 + 6 n] time, displacements, velocities */
-  PetscBool known;            /* a checkpoint has the start */
-  Vec start;                  /* displacement at the start [m] */
-  SlipFaultDeviceLook ground; /* the matrix on the device; m 0: it is not there */
-  SlipOutput output;          /* output with their tables, from this one on */
+  PetscReal *point;  /* [n][2] x, y [m] */
+  PetscReal *matrix; /* [local cells][components][n][3] displacement for 1 m of slip or opening [m/m] */
+  PetscReal *plates; /* [n][3] velocity of the plates [m/s]; NULL: not included */
+  PetscReal begin;   /* time of the start [s] */
+  PetscReal *row;    /* [1 + 6 n] time, displacements, velocities */
+  PetscBool known;   /* a checkpoint has the start */
+  Vec start;         /* displacement at the start [m] */
+  SlipFaultLook ground;
+  SlipOutput output; /* output with their tables, from this one on */
   PetscInt table;
   SlipFault fault;
 } Surface;
@@ -263,12 +263,8 @@ static PetscErrorCode SurfaceLayout(SlipFault fault, SlipOutput output, void *ct
 static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Surface *s = (Surface *)ctx;
-  const PetscReal *a, *u0, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
-  const SlipArrays arrays[] = {{w, .read = &a}, {s->start, .read = &u0}};
   const PetscMPIInt n = (PetscMPIInt)(1 + 6 * s->n);
   PetscReal *const moved = s->row + 1, *const moves = moved + 3 * s->n;
-  const PetscInt components = fault->layout.components;
-  const PetscBool there = SlipFaultOnDevice(fault, w);
   PetscMPIInt rank;
 
   PetscFunctionBegin;
@@ -276,21 +272,9 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   (void)step;
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscArrayzero(s->row, n));
-  if (there && !s->ground.m) PetscCall(SlipFaultDeviceGroundCreate(fault, 3 * s->n, s->matrix, &s->ground));
-  if (there) PetscCall(SlipFaultDeviceGround(fault, w, s->start, &s->ground, moved, moves));
-  if (!there) PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt row = 0; row < components * fault->mesh.n && !there; row++) {
-    const PetscInt i = row / components, j = row % components;
-    const PetscReal u = a[SlipFaultDisplacementAt(fault, i) + j] - u0[row],
-                    v = a[SlipFaultRateAt(fault, i) + j] - vinf[i] * SlipFaultAlong(fault, i)[j];
-    const PetscReal *m = s->matrix + 3 * (size_t)s->n * row;
-
-    for (PetscInt k = 0; k < 3 * s->n; k++) {
-      moved[k] += m[k] * u;
-      moves[k] += m[k] * v;
-    }
-  }
-  if (!there) PetscCall(SlipArraysRestore(2, arrays));
+  s->ground.m = 3 * s->n;
+  s->ground.matrix = s->matrix;
+  PetscCall((*fault->cell_ops->ground)(fault, w, s->start, &s->ground, moved, moves));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Reduce(rank ? s->row : MPI_IN_PLACE, s->row, n, MPIU_REAL, MPIU_SUM, 0, fault->comm));
   s->row[0] = time;
@@ -339,7 +323,7 @@ static PetscErrorCode SurfaceDestroy(void **ctx)
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&s->start));
-  PetscCall(SlipFaultDeviceLookDestroy(s->fault, &s->ground));
+  PetscCall(SlipFaultLookDestroy(s->fault, &s->ground));
   PetscCall(PetscFree(s->point));
   PetscCall(PetscFree(s->plates));
   PetscCall(PetscFree2(s->matrix, s->row));

@@ -13,40 +13,15 @@
    h (v0 - v1)/32 + h^2 (a0 + a1)/64. */
 #include <slipstep/private/sliprun.h>
 
-enum {
-  SUM_RATE,   /* of |v| [m/s] */
-  SUM_SLIPS,  /* of s [m] */
-  SUM_ALONG,  /* of e_s [m] */
-  SUM_EXCESS, /* M (v e_v - a e_s) [J/m^2] */
-  SUM_VIGOUR, /* M v^2 [J/m^2] */
-  SUM_GROWTH, /* of d|v|/dt [m/s^2] */
-  TIMING_SUMS
-};
-
 /* ---- the course ---- */
 
 /* Adds a node at a time, and removes later ones, which belong to attempts that were rejected. */
 PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w)
 {
   PetscReal sum[TIMING_SUMS] = {0};
-  const PetscReal *a, *slip;
-  const SlipArrays arrays[] = {{w, .read = &a}, {fault->cells, .read = &slip}};
 
   PetscFunctionBegin;
-  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
-    const SlipArrays thrice[] = {arrays[0], arrays[0], arrays[0]};
-
-    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_TIMING, fault->mesh.n, 1, &fault->operators.mass, 3, thrice, TIMING_SUMS,
-                                  TIMING_SUMS, sum));
-  } else {
-    PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
-    PetscCall(SlipArraysGet(2, arrays));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
-      sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
-      sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
-    }
-    PetscCall(SlipArraysRestore(2, arrays));
-  }
+  PetscCall((*fault->cell_ops->course)(fault, time, w, sum));
   time += fault->loads.origin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
   while (course->n && course->node[course->n - 1].time >= time) course->n--;
@@ -55,7 +30,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
     PetscCall(PetscRealloc((size_t)course->size * sizeof(*course->node), &course->node));
   }
   course->node[course->n++] =
-    (SlipCourseNode){.time = time, .slip = sum[SUM_SLIPS] / fault->mesh.N, .rate = sum[SUM_RATE] / fault->mesh.N};
+    (SlipCourseNode){.time = time, .slip = sum[TIMING_SLIPS] / fault->mesh.N, .rate = sum[TIMING_RATE] / fault->mesh.N};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,38 +59,6 @@ PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s)
 
 /* ---- the estimate ---- */
 
-/* Sums for the state w after a step, its error e and its derivative d; a cell that has just stopped has none. */
-static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal sum[TIMING_SUMS])
-{
-  const PetscReal *a, *b, *c;
-  const SlipArrays arrays[] = {{w, .read = &a}, {e, .read = &b}, {d, .read = &c}};
-
-  PetscFunctionBegin;
-  PetscCall(PetscArrayzero(sum, TIMING_SUMS));
-  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
-    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_TIMING, fault->mesh.n, 1, &fault->operators.mass, 3, arrays, TIMING_SUMS,
-                                  TIMING_SUMS, sum));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt at = SlipFaultRateAt(fault, i);
-    const PetscReal v = SlipFaultSpeed(fault, a, i), weight = fault->mesh.weight[i],
-                    inertia = fault->operators.mass * weight;
-    const PetscReal acceleration = SlipFaultAlongSlip(fault, a + at, c + at);
-
-    sum[SUM_RATE] += weight * v;
-    sum[SUM_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
-    sum[SUM_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
-    sum[SUM_EXCESS] += inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
-    sum[SUM_VIGOUR] += inertia * v * v;
-    sum[SUM_GROWTH] += weight * acceleration;
-  }
-  PetscCall(SlipArraysRestore(3, arrays));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, TIMING_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Returns the mean of 1/x over a step in which x changes exponentially from one value to another. */
 static PetscReal MeanInverse(PetscReal x0, PetscReal x1)
 {
@@ -137,22 +80,22 @@ PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *at
   PetscFunctionBegin;
   PetscCall(TSBatheGetEstimates(ts, NULL, NULL, &d));
   if (!d || !last) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TimingSums(fault, w, e, d, sum));
-  growth = sum[SUM_GROWTH] / fault->mesh.N;
-  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[SUM_RATE] / fault->mesh.N) / 32 +
+  PetscCall((*fault->cell_ops->timing)(fault, w, e, d, sum));
+  growth = sum[TIMING_GROWTH] / fault->mesh.N;
+  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[TIMING_RATE] / fault->mesh.N) / 32 +
                                                      h * h * (timing->acceleration + growth) / 64));
   timing->acceleration = growth;
   for (PetscInt k = 0; k < 2; k++) {
-    const PetscReal along = scale * sum[SUM_ALONG], excess = scale * sum[SUM_EXCESS];
+    const PetscReal along = scale * sum[TIMING_ALONG], excess = scale * sum[TIMING_EXCESS];
 
-    if (timing->vigour > 0 && sum[SUM_VIGOUR] > 0)
-      timing->early[k] += timing->excess[k] * h * (1 + decay) / 2 * MeanInverse(timing->vigour, sum[SUM_VIGOUR]);
-    if (sum[SUM_RATE] > 0) timing->early[k] += (k ? PetscAbsReal(along) : along) / sum[SUM_RATE];
+    if (timing->vigour > 0 && sum[TIMING_VIGOUR] > 0)
+      timing->early[k] += timing->excess[k] * h * (1 + decay) / 2 * MeanInverse(timing->vigour, sum[TIMING_VIGOUR]);
+    if (sum[TIMING_RATE] > 0) timing->early[k] += (k ? PetscAbsReal(along) : along) / sum[TIMING_RATE];
     timing->excess[k] = timing->excess[k] * decay + (k ? PetscAbsReal(excess) : excess);
   }
-  timing->vigour = sum[SUM_VIGOUR];
-  if (sum[SUM_RATE] > timing->rate) {
-    timing->rate = sum[SUM_RATE];
+  timing->vigour = sum[TIMING_VIGOUR];
+  if (sum[TIMING_RATE] > timing->rate) {
+    timing->rate = sum[TIMING_RATE];
     timing->shift[0] = timing->early[0];
     timing->shift[1] = timing->early[1];
   }

@@ -34,61 +34,19 @@ static const struct {
 } Estimates[NUM_ESTIMATES] = {{"history", "history"}, {"slip", "slip"}, {"event_time", "time"}};
 static const char *const Measured[NUM_ESTIMATES] = {"history", "final_slip", "event_time"}; /* their SlipMeasures */
 
-/* Sums over the cells */
-enum {
-  STEP_WORK, /* dP of the step's error [J/m^2] */
-  STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: over mean(s) it resists further slip */,
-  STEP_SLIP,   /* sum of s [m] */
-  STEP_MOVING, /* sum of s where v is not 0 [m] */
-  STEP_SUMS
-};
-
 /* Sums for the state w after a step and its error e; costs a product with K, unless the step has computed it. */
 static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
-  SlipFrictionCells friction;
   Vec u, ku;
-  const PetscInt c = fault->layout.components;
-  const PetscReal *a, *b, *f;
   PetscBool rests;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(PetscArrayzero(sum, STEP_SUMS));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &ku));
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(SlipFaultForce(fault, t, w, u, ku));
   if (!rests) PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
-  const SlipArrays arrays[] = {{w, .read = &a}, {e, .read = &b}, {ku, .read = &f}};
-
-  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_STEP, 1, &fault->operators.mass, 3, arrays, STEP_SUMS,
-                                     STEP_SUMS, sum));
-    PetscCall(SlipFaultRestoreWork(fault, &ku));
-    PetscCall(SlipFaultRestoreWork(fault, &u));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(e, &b));
-  PetscCall(VecGetArrayRead(ku, &f));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal *v = a + SlipFaultRateAt(fault, i), *dv = b + SlipFaultRateAt(fault, i), *fi = f + c * i,
-                    *du = b + SlipFaultDisplacementAt(fault, i), speed = SlipFaultSpeed(fault, a, i);
-    const PetscReal s = a[SlipFaultStateAt(fault, i)], weight = fault->mesh.weight[i];
-    PetscReal mu, slope[2], q;
-
-    SlipFrictionEvaluate(&friction, i, &s, speed, &mu, &slope[0], &slope[1]);
-    q = mu * (weight * (fault->kind.coupled ? friction.stress[i] : fault->fields.cell[FIELD_NORMAL_STRESS][i]));
-    sum[STEP_WORK] += fault->operators.mass * weight * SlipFaultDot(fault, v, dv) + SlipFaultDot(fault, fi, du) +
-                      SlipFaultAcross(fault, fi) * SlipFaultAcross(fault, du) + q * b[SlipFaultStateAt(fault, i)];
-    sum[STEP_RESTRAINT] += (SlipFaultDot(fault, SlipFaultAlong(fault, i), fi) + q) * s;
-    sum[STEP_SLIP] += weight * s;
-    sum[STEP_MOVING] += speed != 0 ? weight * s : 0;
-  }
-  PetscCall(VecRestoreArrayRead(ku, &f));
-  PetscCall(VecRestoreArrayRead(e, &b));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall((*fault->cell_ops->step)(fault, t, w, e, ku, sum));
   PetscCall(SlipFaultRestoreWork(fault, &ku));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, STEP_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
