@@ -404,10 +404,10 @@ static PetscErrorCode VecMDot_SlipOpenCL(Vec x, PetscInt m, const Vec y[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum { NORMS = 5 };
+enum { NORMS = 4 }; /* the sums of x, |x| and x^2, and the largest |x| */
 
-/* Computes the sums of x, |x| and x^2, and the largest |x| and -x. */
-static PetscErrorCode Norms(Vec x, PetscReal result[NORMS])
+/* Computes results of x by a kernel, of which the first are sums. */
+static PetscErrorCode Results(SlipDeviceKernel kernel, Vec x, PetscInt n_results, PetscInt sums, PetscReal result[])
 {
   const int n = (int)x->map->n;
   SlipDeviceMemory a;
@@ -417,7 +417,7 @@ static PetscErrorCode Norms(Vec x, PetscReal result[NORMS])
   {
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(a)};
 
-    PetscCall(SlipDeviceReduce(Data(x)->device, KERNEL_NORMS, (size_t)n, 2, args, NORMS, 3, result));
+    PetscCall(SlipDeviceReduce(Data(x)->device, kernel, (size_t)n, 2, args, n_results, sums, result));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -427,7 +427,7 @@ static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
   PetscReal result[NORMS];
 
   PetscFunctionBegin;
-  PetscCall(Norms(x, result));
+  PetscCall(Results(KERNEL_NORMS, x, NORMS, 3, result));
   if (type == NORM_1 || type == NORM_1_AND_2) *norm = result[1];
   if (type == NORM_2 || type == NORM_FROBENIUS) *norm = PetscSqrtReal(result[2]);
   if (type == NORM_1_AND_2) norm[1] = PetscSqrtReal(result[2]);
@@ -438,15 +438,15 @@ static PetscErrorCode VecNorm_SlipOpenCL(Vec x, NormType type, PetscReal *norm)
 /* Finds the smallest entry, -infinity if one is NaN; its place is found on the mirror. */
 static PetscErrorCode VecMin_SlipOpenCL(Vec x, PetscInt *place, PetscReal *least)
 {
-  PetscReal result[NORMS];
+  PetscReal result;
 
   PetscFunctionBegin;
   if (place) {
     PetscCall((*seq.min)(x, place, least));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(Norms(x, result));
-  *least = -result[4];
+  PetscCall(Results(KERNEL_LEAST, x, 1, 0, &result));
+  *least = -result;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -455,7 +455,7 @@ static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
   PetscReal result[NORMS];
 
   PetscFunctionBegin;
-  PetscCall(Norms(x, result));
+  PetscCall(Results(KERNEL_NORMS, x, NORMS, 3, result));
   *sum = result[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -62,7 +62,7 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_KERNELS_VECTORS(X)                                                                                        \
   X(SET, set) X(SHIFT, shift) X(COMBINE, combine) X(MULTIPLY, multiply) X(DIVIDE, divide) X(GATHER, gather)            \
   X(SCATTER, scatter)                                                                                                  \
-  X(RECIPROCAL, reciprocal) X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(DIFFER, differ)
+  X(RECIPROCAL, reciprocal) X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(LEAST, least) X(DIFFER, differ)
 #define SLIP_KERNELS_DENSE(X)                                                                                          \
   X(DENSE_PARTS, dense_parts) X(DENSE_SUM, dense_sum)
 #define SLIP_KERNELS_HMAT(X)                                                                                           \

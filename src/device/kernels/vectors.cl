@@ -77,11 +77,11 @@ __kernel void dot_product(int n, __global const double *x, __global const double
   fold(1, 1, mine, all, room);
 }
 
-// Computes the sums of x, |x| and x^2, and the largest |x| and -x.
+// Computes the sums of x, |x| and x^2, and the largest |x|.
 __kernel void norms(int n, __global const double *x, __global double *room)
 {
   __local double all[ITEMS];
-  double mine[5] = {0, 0, 0, 0, -INFINITY};
+  double mine[4] = {0, 0, 0, 0};
 
   EACH(i, n) {
     const double size = fabs(x[i]);
@@ -90,9 +90,8 @@ __kernel void norms(int n, __global const double *x, __global double *room)
     mine[1] += size;
     mine[2] += size * size;
     mine[3] = larger(mine[3], size);
-    mine[4] = larger(mine[4], -x[i]);
   }
-  fold(5, 3, mine, all, room);
+  fold(4, 3, mine, all, room);
 }
 
 // Finds the largest magnitude of the first c numbers of blocks.
@@ -107,6 +106,16 @@ __kernel void largest(int n, double c, double block, __global const double *x, _
 
     mine[0] = larger(mine[0], c == 1 ? fabs(v[0]) : hypot(v[0], v[1]));
   }
+  fold(1, 0, mine, all, room);
+}
+
+// Finds the largest -x.
+__kernel void least(int n, __global const double *x, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {-INFINITY};
+
+  EACH(i, n) { mine[0] = larger(mine[0], -x[i]); }
   fold(1, 0, mine, all, room);
 }
 

@@ -81,6 +81,7 @@ PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *at
   PetscCall(TSBatheGetEstimates(ts, NULL, NULL, &d));
   if (!d || !last) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*fault->cell_ops->timing)(fault, w, e, d, sum));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, TIMING_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
   growth = sum[TIMING_GROWTH] / fault->mesh.N;
   timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[TIMING_RATE] / fault->mesh.N) / 32 +
                                                      h * h * (timing->acceleration + growth) / 64));
