@@ -7,9 +7,9 @@
    option or a few words, and when it is active, for a fault f and a TS ts, which is NULL in SlipFaultSetUp(). LATE:
    that is decided when a run begins, or after SlipFaultSetUp(). */
 #define SLIP_FAULT_FEATURES(EARLY, LATE)                                                                               \
-  EARLY(GRID, MESH, "a uniform grid", f->mesh.kind == &SlipFaultMeshGrid)                                              \
-  EARLY(RECTANGLES, MESH, "-fault_mesh of rectangles", f->mesh.kind == &SlipFaultMeshList)                             \
-  EARLY(TRIANGLES, MESH, "-fault_mesh of triangles", f->mesh.kind == &SlipFaultMeshTriangles)                          \
+  EARLY(GRID, MESH, "a uniform grid", HasMesh(f, FEATURE_GRID))                                                        \
+  EARLY(RECTANGLES, MESH, "-fault_mesh of rectangles", HasMesh(f, FEATURE_RECTANGLES))                                 \
+  EARLY(TRIANGLES, MESH, "-fault_mesh of triangles", HasMesh(f, FEATURE_TRIANGLES))                                    \
   EARLY(PLANES, OWN, "several planes", f->mesh.planes > 1)                                                             \
   EARLY(OBLIQUE, OWN, "dipping planes, or slip other than along strike", f->kind.oblique)                              \
   EARLY(MESH_FRAME, OWN, "-fault_mesh_frame", !Chosen(f, FAULT_MESH_FRAME, "auto"))                                    \

@@ -127,7 +127,7 @@ static inline PetscInt SlipFaultMeshRowOf(const SlipFaultMesh *mesh, PetscInt e)
   return mesh->order ? mesh->order[e] : e;
 }
 
-/* mesh.c: directions of a cell of this strike and dip [deg] */
+/* directions.c: directions of a cell of this strike and dip [deg] */
 PETSC_INTERN void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell);
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* gridmesh.c: the uniform grid of the options */
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* list.c: the cells of -fault_mesh */

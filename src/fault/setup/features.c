@@ -38,6 +38,15 @@ static PetscBool AnyCell(SlipFault fault, PetscInt field)
   return any ? PETSC_TRUE : PETSC_FALSE;
 }
 
+static PetscBool HasMesh(SlipFault fault, SlipFaultFeatureId id)
+{
+  static const SlipFaultMeshKind *const kind[] = {[FEATURE_GRID] = &SlipFaultMeshGrid,
+                                                  [FEATURE_RECTANGLES] = &SlipFaultMeshList,
+                                                  [FEATURE_TRIANGLES] = &SlipFaultMeshTriangles};
+
+  return fault->mesh.kind == kind[id] ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Whether a feature is active, in a function called On_NAME */
 #define FEATURE_ON(name, group, text, condition)                                                                       \
   static PetscBool On_##name(SlipFault f, TS ts)                                                                       \
