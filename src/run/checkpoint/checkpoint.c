@@ -123,7 +123,8 @@ static PetscErrorCode VisitFaultState(SlipFault fault, SlipState s, TS ts)
   PetscCall(SlipFaultExplicitState(fault, s, ts));
   if (SlipStateIsLoading(s)) PetscCall(SlipCheckpointStepsLeft(s, ts, restart, &left));
   fault->run->idle = left ? PETSC_FALSE : PETSC_TRUE;
-  if (SlipStateIsLoading(s) && fault->problem.steps.begin) PetscCall((*fault->problem.steps.begin)(ts, PETSC_FALSE, fault));
+  if (SlipStateIsLoading(s) && fault->problem.steps.begin)
+    PetscCall((*fault->problem.steps.begin)(ts, PETSC_FALSE, fault));
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipElasticVisit(fault->medium, s));
   /* without a step to take there are no observers, and files stay as they are */
