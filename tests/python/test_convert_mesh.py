@@ -355,7 +355,7 @@ class Convert(FaultTest):
                  ("a.ts", gocad().replace(b'"m" "m" "m"', b'"ft" "ft" "ft"', 1), "m or km"),
                  ("a.txt", b"1 2 3\n", "line 1: 3 columns"),
                  ("a.txt", rsqsim().replace(b" 90 1", b" ninety 1", 1), '"ninety"'),
-                 ("a.stl", stl_text().replace(b"vertex 0", b"vertex nan", 1), "is not finite"),
+                 ("a.stl", stl_text().replace(b"vertex 0", b"vertex nan", 1), '"nan"'),
                  ("a.xyz", rsqsim(), "--format rsqsim" if self.meshio()
                   else "--format stl, gocad, obj, gmsh, hdf5 or rsqsim"))
         for name, content, message in cases:

@@ -265,7 +265,7 @@ class TrianglesTest(FaultTest):
     def test_bend(self):
         """A file of GOCAD: its name, and stress by the strike of each triangle; 1e-3 of 1e8 Pa as the file's
         millimetres turn triangles."""
-        bends.write_fields(self.path("b_fields.h5"), bends.bend(self.path("b"), 2000))
+        bends.write_stress(self.path("b_fields.h5"), bends.bend(self.path("b"), 2000))
         self.run_example("convert_mesh.py", "b.ts", "b.h5")
         self.assertEqual(self.get("b.h5", "fault@names"), "0 bend")
         self.regional(self.mesh("b", "b.h5", "bends.opts"), 0, bends.BEND)
@@ -287,7 +287,7 @@ class TrianglesTest(FaultTest):
     @unittest.skipUnless(importlib.util.find_spec("gmsh"), "gmsh is not installed (Debian's package is python3-gmsh)")
     def test_branch(self):
         """Faults 1 and 2, which share an edge: rows of the line of the fork are in three triangles."""
-        bends.write_fields(self.path("b_fields.h5"), bends.branch(self.path("b"), 2000))
+        bends.write_stress(self.path("b_fields.h5"), bends.branch(self.path("b"), 2000))
         mesh = self.mesh("b", "b.msh", "bends.opts")
         self.assertEqual(set(mesh["fault"]), {1, 2})
         self.regional(mesh, bends.TURN, 0)
