@@ -84,12 +84,12 @@ def read_by_scripts(folder):
                str(10000 * STEPS)]
     run = subprocess.Popen(RUN + endless, cwd=folder, stdout=subprocess.DEVNULL)
     rows = 0
-    while rows == 0:  # read while it is written
+    while rows < 2:  # read while it is written: one whole row of all datasets at least, whenever it is killed
         time.sleep(0.02)
         assert run.poll() is None
         if os.path.exists(os.path.join(folder, "run.h5.part")):
             with h5py.File(os.path.join(folder, "run.h5.part"), "r", swmr=True) as file:
-                rows = len(file["series/loading_power"])
+                rows = min(len(dataset) for name in ("steps", "series", "fields") for dataset in file[name].values())
     run.kill()
     run.wait()
     rows = check_rows(os.path.join(folder, "run.h5.part"), 0)
