@@ -2,6 +2,7 @@
    faults of several cells against TSBATHE, refusals, and the formulas of TSRKC. */
 #include "unit.h"
 #include "faultstart.h"
+#include "cells.h"
 #include "tempdir.h"
 #include "record.h"
 #include <slipstep/rooms/sliph5.h>
@@ -193,6 +194,62 @@ static void by_rate(void **state)
 
 /* ---- several cells ---- */
 
+/* Powers of cells of 1, 2 and 3 ha, one of which rests, are sums over their areas: those of one pass, which explicit
+   steps use, against products with H, as for other integrators and a given reaction, but for rounding. */
+static void powers(void **state)
+{
+  const PetscReal columns[] = {50, 150, 250, 0, 0, 0, 50, 100, 150, 100, 100, 100, 100, 200, 300};
+  const PetscReal rate[] = {0.1, 0, 0.3}, vinf = 1e-2;
+  const SlipCells mesh = CellsOfColumns(3, columns);
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
+
+  assert_int_equal(0, TempDirFile("sticking", "mesh.h5", dir, file));
+  ok(WriteCells(file, &mesh));
+  for (PetscInt components = 1; components <= 2; components++) {
+    SlipFault fault = Fault(1, 1, "exponential_slip_weakening", 0.2, residual * sigma);
+    PetscReal *a, *f, power[3], expected[3], radiated = 0, eta;
+    const PetscReal *q;
+    Vec w, r;
+    TS ts;
+
+    ok(SlipFaultSetString(fault, "mesh", file));
+    ok(FaultSetReals(fault, {"slip_components", components}, {"loading_rate", vinf}));
+    ok(PetscOptionsSetValue(NULL, "-ts_type", TSRKC));
+    ok(FaultStart(fault, NULL, 0, 1, &w, &ts));
+    ok(PetscOptionsClearValue(NULL, "-ts_type"));
+    assert_true(fault->problem.steps.any_integrator); /* else both are the same */
+    eta = fault->balance.eta;
+    ok(VecGetArray(w, &a));
+    for (PetscInt i = 0; i < 3; i++) {
+      PetscReal *v = a + SlipFaultRateAt(fault, i);
+
+      v[0] = rate[i];
+      if (components > 1) v[1] = 0.5 * rate[i];
+      radiated += (i + 1) / 2. * eta * (PetscSqr(v[0] - vinf) + (components > 1 ? PetscSqr(v[1]) : 0));
+    }
+    ok(VecRestoreArray(w, &a));
+    ok(VecDuplicate(fault->operators.vinf, &r));
+    ok(SlipFaultStrength(fault, 0, w, fault->cells));
+    q = VecRead(fault->cells);
+    ok(VecGetArray(r, &f));
+    ok(VecGetArray(w, &a));
+    for (PetscInt i = 0; i < 3; i++)
+      for (PetscInt k = 0; k < components; k++) {
+        const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
+
+        f[components * i + k] = speed > 0 ? -q[i] * v[k] / speed : 0;
+      }
+    ok(VecRestoreArray(w, &a));
+    ok(VecRestoreArray(r, &f));
+    ok(SlipFaultGetPowers(fault, 0, w, NULL, power, NULL));
+    ok(SlipFaultGetPowers(fault, 0, w, r, expected, NULL));
+    for (int k = 0; k < 3; k++) AssertNear(power[k] / expected[k], 1, 1e-12);
+    AssertNear(power[0] / radiated, 1, 1e-12);
+    ObjectsDestroy(&r, &w, &ts, &fault);
+  }
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
 /* Dipping cells with vectors of slip, whose normal stress slip changes, healing and loaded: against TSBATHE */
 static void against_bathe(void **state)
 {
@@ -232,4 +289,4 @@ static void lands(void **state)
   ObjectsDestroy(&w, &fault);
 }
 
-SLIP_TESTS(formulas, block, starts_and_stops, by_rate, against_bathe, lands)
+SLIP_TESTS(formulas, block, starts_and_stops, by_rate, powers, against_bathe, lands)
