@@ -29,6 +29,9 @@ typedef struct {
 } SlipParameter;
 
 /* ---- friction.c: friction laws, and the strength of a stage that follows from them ---- */
+/* How the state of rate-and-state friction evolves: the choices of -fault_state_law, in this order, which the kernels of
+   devices know by number */
+typedef enum { SLIP_STATE_AGING, SLIP_STATE_SLIP, SLIP_STATE_COMPOSITE } SlipStateLaw;
 /* Friction parameters of one cell */
 typedef struct {
   PetscReal residual;       /* mu_d */
@@ -39,7 +42,8 @@ typedef struct {
   PetscReal a, b;           /* direct effect and evolution effect of rate-and-state friction */
   PetscReal reference;      /* f_0, its steady friction at the rate V_0 */
   PetscReal reference_rate; /* V_0 [m/s] */
-  PetscBool slip_law;       /* its state evolves by the slip law, not the aging law */
+  SlipStateLaw state_law;   /* by which its state evolves */
+  PetscReal cutoff_rate;    /* V_c of the composite law [m/s]; others do not read it */
   PetscReal shift;          /* s - psi, the effect of changed normal stress (ratestate.c) */
   const PetscReal *own;     /* parameters that the law declares, in the order of its table */
   const void *ctx;          /* context of the law */
@@ -102,9 +106,10 @@ typedef struct {
   SlipFrictionKeepFn keep;    /* computes `kept`, which is valid while the normal stress does not change */
   PetscInt nkept;             /* numbers per cell */
   SlipFrictionValues *values; /* NULL: cell by cell; for laws that cache mu, used where no cache is needed */
-  /* Computes s of n cells after h [s] at the rates v. NULL: a formula of second order, stable at any step */
-  void (*drift)(const SlipFrictionCells *, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
-                PetscReal s[]);
+  /* Computes s of n cells after h [s] at the rates v; false, with s as it was, if there is no closed form. NULL or
+     false: a formula of second order, stable at any step */
+  PetscBool (*drift)(const SlipFrictionCells *, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
+                     PetscReal s[]);
   const char *reads; /* friction parameters that it uses, as "residual slip"; messages name others; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* built-in laws, ended by a NULL name */
@@ -120,7 +125,8 @@ struct _n_SlipFrictionCells {
   const PetscReal *healing;           /* NULL: 0 */
   const PetscReal *a, *b, *reference; /* NULL if no law needs them */
   PetscReal reference_rate;           /* [m/s] */
-  PetscBool slip_law;
+  SlipStateLaw state_law;
+  PetscReal cutoff_rate;          /* [m/s] */
   const PetscReal *alpha, *start; /* of ratestate.c, and the normal stress before any change [Pa]; NULL: none */
   const PetscReal *own;           /* [n][nown]; NULL where nown is 0 */
   PetscInt nown;

@@ -235,7 +235,8 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
                         .b = f->b ? f->b[i] : 0,
                         .reference = f->reference ? f->reference[i] : 0,
                         .reference_rate = f->reference_rate,
-                        .slip_law = f->slip_law,
+                        .state_law = f->state_law,
+                        .cutoff_rate = f->cutoff_rate,
                         .shift = f->alpha ? SlipRateAndStateShift(f->alpha[i], f->b[i], f->stress[i], f->start[i]) : 0,
                         .own = f->own ? f->own + f->nown * i : NULL,
                         .ctx = f->law->ctx};

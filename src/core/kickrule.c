@@ -61,10 +61,7 @@ void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h,
   const PetscInt states = SlipFrictionStates(f->law);
   SlipBathe c;
 
-  if (f->law->drift) {
-    f->law->drift(f, n, h, v, stride, s);
-    return;
-  }
+  if (f->law->drift && f->law->drift(f, n, h, v, stride, s)) return;
   SlipBatheSetUpBackward(&c);
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt k = 0; k < states; k++) work[states * i + k] = s[stride * i + k];

@@ -5,6 +5,8 @@
      mu = a asinh( V/(2 V0) exp((f0 + b psi)/a) ),
      dpsi/dt = V0/d_c exp(-psi) - V/d_c                    aging law, dtheta/dt = 1 - V theta/d_c
      dpsi/dt = -V/d_c (ln(V/V0) + psi)                     slip law, dtheta/dt = -(V theta/d_c) ln(V theta/d_c)
+     dpsi/dt = V0/d_c exp(-psi - V/V_c) - V/d_c (ln(V/V0) + psi)
+                          composite law (Kato & Tullis 2001), dtheta/dt = exp(-V/V_c) - (V theta/d_c) ln(V theta/d_c)
 
   where normal stress changes the state by alpha/b ln(sigma/sigma0) (Linker & Dieterich 1992: d psi/dt is that of the
   law minus alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the law
@@ -50,11 +52,18 @@ void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal 
   const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - *s, SLIP_MOST_HEALING));
   PetscReal excess;
 
-  if (p->slip_law) {
+  if (p->state_law != SLIP_STATE_AGING) {
     excess = v > 0 ? PetscLogReal(v / p->reference_rate) + *s - p->shift : 0;
     *rate = -v / p->slip * excess;
     *drate_ds = -v / p->slip;
     *drate_dv = -(excess + 1) / p->slip;
+    if (p->state_law == SLIP_STATE_COMPOSITE) {
+      const PetscReal healing = aging * PetscExpReal(-v / p->cutoff_rate);
+
+      *rate += healing;
+      *drate_ds -= healing;
+      *drate_dv -= healing / p->cutoff_rate;
+    }
     return;
   }
   *rate = aging - v / p->slip;
@@ -71,10 +80,15 @@ PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, 
   return alpha > 0 ? alpha / b * PetscLogReal(PetscMax(stress / start, LEAST_STRESS)) : 0;
 }
 
-/* The steady state: theta = d_c/V */
+/* The steady state: theta = d_c/V. By the composite law y = ln(V theta/d_c) has y exp(y) = exp(-V/V_c): it is 0.567 far
+   below the cut-off rate, and 0 far above it. */
 void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
+  PetscReal unused;
+
   *s = PetscLogReal(p->reference_rate / v) + p->shift;
+  if (p->state_law == SLIP_STATE_COMPOSITE)
+    *s += SlipLambertOfExp(PetscMax(-v / p->cutoff_rate, SLIP_LEAST_LOG), &unused);
 }
 
 /* theta [s] of psi, the state in outputs */
@@ -257,6 +271,32 @@ SLIP_VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *res
   for (PetscInt i = 0; i < n; i++) ds[i] = SlipSlipLawRate(inverse, slip[i], s[i], PetscAbsReal(v[i]));
 }
 
+/* dpsi/dt of the composite law */
+SLIP_VECTOR static void CompositeChunk(PetscInt n, PetscReal V0, PetscReal cutoff, const PetscReal *restrict slip,
+                                       const PetscReal *restrict s, const PetscReal *restrict v, PetscReal *restrict ds)
+{
+  const PetscReal inverse = 1 / cutoff;
+
+  for (PetscInt i = 0; i < n; i++) ds[i] = SlipCompositeRate(V0, inverse, slip[i], s[i], PetscAbsReal(v[i]));
+}
+
+/* dpsi/dt by the law of the state */
+static void RatesChunk(const SlipFrictionCells *f, PetscInt n, const PetscReal slip[], const PetscReal s[],
+                       const PetscReal v[], PetscReal ds[])
+{
+  switch (f->state_law) {
+  case SLIP_STATE_AGING:
+    AgingChunk(n, f->reference_rate, slip, s, v, ds);
+    break;
+  case SLIP_STATE_SLIP:
+    SlipChunk(n, f->reference_rate, slip, s, v, ds);
+    break;
+  case SLIP_STATE_COMPOSITE:
+    CompositeChunk(n, f->reference_rate, f->cutoff_rate, slip, s, v, ds);
+    break;
+  }
+}
+
 /* Computes kept [4 n], the constants of SlipRateAndStateBalance(), valid while the normal stress does not change. */
 void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[])
 {
@@ -313,7 +353,7 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
     for (PetscInt i = start; i < start + m; i++)
       if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], state[i - start]);
     if (!ds) continue;
-    (*(f->slip_law ? SlipChunk : AgingChunk))(m, f->reference_rate, f->slip + start, state, v + start, rate);
+    RatesChunk(f, m, f->slip + start, state, v + start, rate);
     for (PetscInt i = 0; i < m; i++) ds[stride * (start + i)] = rate[i];
   }
 }
@@ -367,18 +407,19 @@ void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt str
 }
 
 /* Computes psi of n cells after h at constant rates, exactly: theta approaches its steady value d_c/v exponentially by
-   the aging law, as its logarithm does by the slip law. */
-void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
-                           PetscReal s[])
+   the aging law, as its logarithm does by the slip law. The composite law has no such formula. */
+PetscBool SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
+                                PetscInt stride, PetscReal s[])
 {
   const PetscReal V0 = f->reference_rate;
 
+  if (f->state_law == SLIP_STATE_COMPOSITE) return PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal rate = PetscAbsReal(v[i]), x = rate * h / f->slip[i], left = PetscExpReal(-x),
                     shift = f->alpha ? SlipRateAndStateShift(f->alpha[i], f->b[i], f->stress[i], f->start[i]) : 0,
                     psi = s[stride * i] - shift;
 
-    if (f->slip_law) {
+    if (f->state_law == SLIP_STATE_SLIP) {
       const PetscReal steady = rate > 0 ? -PetscLogReal(rate / V0) : psi;
 
       s[stride * i] = shift + steady + (psi - steady) * left;
@@ -389,6 +430,7 @@ void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, 
                                             : psi - x + log1p(gone * PetscExpReal(x - psi)));
     }
   }
+  return PETSC_TRUE;
 }
 
 /* ---- exponential slip weakening of many cells ---- */

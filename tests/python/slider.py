@@ -10,10 +10,10 @@ STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
 
 class Slider:
     def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15,
-                 cut_off=np.inf, ramp=0, alpha=0):
+                 cut_off=np.inf, ramp=0, alpha=0, cutoff_rate=np.inf):
         self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
             Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
-        self.law, self.tolerance = law, Real(tolerance)
+        self.law, self.tolerance, self.cutoff_rate = law, Real(tolerance), Real(cutoff_rate)
         self.floor = self.V0 / Real(cut_off)  # V0 theta/d_c of examples/friction_law.c is as if it were larger by that
         # d sigma/dt [Pa/s], and what it does to the state (Linker & Dieterich 1992)
         self.ramp, self.alpha = Real(ramp), Real(alpha)
@@ -25,6 +25,8 @@ class Slider:
             state = self.V0 / self.slip * np.exp(-y[1]) - V / self.slip
         else:
             state = -V / self.slip * (y[0] - np.log(self.V0) + y[1])
+            if self.law == "composite":
+                state += self.V0 / self.slip * np.exp(-y[1] - V / self.cutoff_rate)
         state -= self.alpha / self.b * self.ramp / y[3]
         # sigma mu(V, psi) + eta V = T - K u: mu = a asinh(x), x = V/(2 V0) exp((f0 + b g)/a), g = ln(exp(psi) + floor)
         age = np.exp(y[1])

@@ -16,6 +16,7 @@ import numpy as np
 
 SIGMA, A, B, SLIP, F0, V0, LOADING = 10e6, 0.01, 0.015, 0.01, 0.6, 1e-6, 1e-9
 G, RHO = 30e9, 2500.0
+CUTOFF = 1e-8  # default of -fault_state_cutoff_rate
 ETA = 0.5 * np.sqrt(G * RHO)
 CUT_OFF = ("-fault_friction_law", "cut_off")  # of examples/friction_law.c
 TWO = ("-fault_friction_law", "two_states")
@@ -42,9 +43,14 @@ class SpringSlider(FaultTest):
         the quiet after it, and through a second one after 5.24e8 s. 1e-10, relative: local errors of 1e-13 in a
         thousand steps, and roundings of a traction by 1e-16, of which T/(a sigma), 60 times as much, is that of a slip
         rate."""
-        for law, ends in (("aging", (6e6, 5.3e8)), ("slip", (6e6,))):
-            slider = Slider(0.5 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, law)
+        for law, ends in (("aging", (6e6, 5.3e8)), ("slip", (6e6,)), ("composite", (6e6,))):
+            slider = Slider(0.5 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, law, cutoff_rate=CUTOFF)
             psi = np.log(V0 / LOADING)
+            if law == "composite":
+                y = 0.5  # ln(V theta/d_c), y exp(y) = exp(-V/V_c), by Newton's method
+                for _ in range(20):
+                    y -= (y - np.exp(-LOADING / CUTOFF - y)) / (1 + np.exp(-LOADING / CUTOFF - y))
+                psi += y
             for end in ends:
                 log_rate, state, u = slider.run(np.log(np.longdouble(100 * LOADING)), np.longdouble(psi), end, 1e3)
                 for integrator in (("-ts_type", "rk", "-ts_rk_type", "8vr"),

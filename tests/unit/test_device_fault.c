@@ -7,6 +7,10 @@ static void rates(void **state)
   NEEDS_DEVICE;
   AssertRates("-fault_device opencl", 0);
   AssertRates("-fault_device opencl -fault_state_law slip -fault_kernel full_space", 0);
+  AssertRates("-fault_device opencl -fault_state_law composite", 0);
+  AssertRates("-fault_device opencl -fault_state_law composite -fault_state_cutoff_rate 1e-3 -fault_slip_components 2 "
+              "-fault_rake 30",
+              0);
 }
 
 /* 220 years with two events by either integrator: the same steps, and by the default nothing but numbers between the
@@ -51,6 +55,24 @@ static void runs(void **state)
   }
   assert_int_equal(0, chdir(".."));
   assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* The composite law through an event: as by the processor */
+static void composite(void **state)
+{
+  Run host, there;
+
+  NEEDS_DEVICE;
+  ok(Solve("-ts_adapt_type basic -ts_rtol 1e-3 -fault_state_law composite", &host));
+  ok(Solve("-ts_adapt_type basic -ts_rtol 1e-3 -fault_state_law composite -fault_device opencl", &there));
+  assert_true(SlipDeviceVecIs(there.w) && !SlipDeviceVecIs(host.w));
+  assert_int_equal(there.vectors, 0); /* no kernel was left out */
+  assert_true(host.steps > 100);
+  assert_int_equal(host.steps, there.steps);
+  assert_int_equal(host.rejected, there.rejected);
+  AssertSame(host.w, there.w, 1e-6); /* as in runs() */
+  End(&host);
+  End(&there);
 }
 
 /* What -fault_view says of the device */
@@ -101,4 +123,4 @@ static void restarts(void **state)
   assert_int_equal(0, TempDirRemove(dir));
 }
 
-SLIP_TESTS_WITH(setup, NULL, rates, runs, restarts)
+SLIP_TESTS_WITH(setup, NULL, rates, runs, composite, restarts)

@@ -57,6 +57,7 @@ static const struct {
   [FEATURE_ALWAYS_SLIDES] = {"-fault_friction_law rate_and_state",
                              "-fault_initial_rate 0.1 -fault_friction_slip 0.02 -ts_max_time 400"},
   [FEATURE_SLIP_LAW] = {"-fault_state_law slip", "", SLIP_FEATURE(ALWAYS_SLIDES)},
+  [FEATURE_COMPOSITE_LAW] = {"-fault_state_law composite", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_ALPHA] = {"-fault_friction_alpha 0.01", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_HEALING] = {"-fault_healing_time 1000"},
   [FEATURE_CREEP] = {""}, /* a field */
@@ -93,10 +94,11 @@ static const struct {
 static const char base[] =
   "-fault_nx 4 -fault_nz 3 -fault_depth_top 2000 -fault_normal_stress 2e7 -ts_max_time 30 -fault_catalogue events.h5 "
   "-fault_progress no -fault_output_xdmf no -fault_output_overwrite yes";
-/* Groups of which every fault has one; of storage and coupling there is auto */
+/* Groups of which every fault has one; of storage and coupling there is auto, and of laws of the state the default */
 static PetscBool Complete(PetscInt group)
 {
-  return group && group != SlipFaultFeatures[FEATURE_DENSE].group && group != SlipFaultFeatures[FEATURE_COUPLED].group
+  return group && group != SlipFaultFeatures[FEATURE_DENSE].group &&
+             group != SlipFaultFeatures[FEATURE_COUPLED].group && group != SlipFaultFeatures[FEATURE_SLIP_LAW].group
            ? PETSC_TRUE
            : PETSC_FALSE;
 }

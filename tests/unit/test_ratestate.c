@@ -6,6 +6,9 @@
 
 #define ETA 4.62444e6 /* [Pa s/m] */
 #define EPS PETSC_MACHINE_EPSILON
+#define CUTOFF 1e-8 /* V_c of the composite law [m/s] */
+
+enum { STATE_LAWS = SLIP_STATE_COMPOSITE + 1 };
 
 static const SlipFrictionLaw *Law(void)
 {
@@ -31,7 +34,8 @@ static SlipFrictionCells Cells(const PetscReal a[], const PetscReal b[], const P
                              .residual = f0,
                              .drop = f0,
                              .rate = f0,
-                             .reference_rate = 1e-6};
+                             .reference_rate = 1e-6,
+                             .cutoff_rate = CUTOFF};
 }
 
 /* The formula as it is written, in more digits */
@@ -108,16 +112,18 @@ static void balance(void **state)
       assert_true(++n < MAX);
     }
   Law()->keep(&f, n, ETA, kept);
-  for (int slip_law = 0; slip_law < 2; slip_law++) {
-    f.slip_law = (PetscBool)slip_law;
-    SlipFrictionBalance(&f, slip_law ? kept : NULL, n, ETA, tau, 3, s, got, ds);
+  for (int law = 0; law < STATE_LAWS; law++) {
+    f.state_law = (SlipStateLaw)law;
+    SlipFrictionBalance(&f, law ? kept : NULL, n, ETA, tau, 3, s, got, ds);
     for (PetscInt i = 0; i < n; i++) {
       const PetscReal rate = fabs(got[i]), aging = 1e-6 / slip[i] * exp(-s[3 * i]);
-      const PetscReal expected = slip_law ? -rate / slip[i] * (log(rate / 1e-6) + s[3 * i]) : aging - rate / slip[i];
+      const PetscReal by_slip = -rate / slip[i] * (log(rate / 1e-6) + s[3 * i]);
+      const PetscReal expected[] = {aging - rate / slip[i], by_slip, by_slip + aging * exp(-rate / CUTOFF)};
 
       /* at 1e-26 m/s a small argument of asinh is below rounding of a traction that stands for it */
       assert_true(fabs(got[i] / v[i] - 1) <= allowed[i]);
-      assert_true(fabs(ds[3 * i] - expected) <= 8 * EPS * (aging + rate / slip[i] * (1 + fabs(log(rate / 1e-6)) + 26)));
+      assert_true(fabs(ds[3 * i] - expected[law]) <=
+                  8 * EPS * (aging + rate / slip[i] * (1 + fabs(log(rate / 1e-6)) + 26)));
     }
   }
 }
@@ -181,13 +187,13 @@ static void advance(void **state)
   const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
   SlipFrictionCells f = Cells(a, b, f0, slip);
 
-  for (int slip_law = 0; slip_law < 2; slip_law++)
+  for (int law = 0; law < STATE_LAWS; law++)
     for (PetscReal v = 1e-15; v < 10; v *= 30)
       for (PetscReal theta = 1e-4; theta < 1e9; theta *= 50) {
         const PetscReal s0[] = {6.9}, h = 1e-5;
         PetscReal s, rate, mu, ds, dv, slope, side[2];
 
-        f.slip_law = (PetscBool)slip_law;
+        f.state_law = (SlipStateLaw)law;
         SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 1, &s);
         SlipFrictionStateRate(&f, 1, 1, &s, 1, &v, &rate);
         /* terms of the rate are larger than it where they cancel */
@@ -339,7 +345,7 @@ static void advance_two(void **state)
         const PetscReal h = 1e-5;
         PetscReal s[2], rate[2], mu, ds[2], dv, slope[2], side[2][2];
 
-        f.slip_law = (PetscBool)slip_law;
+        f.state_law = (SlipStateLaw)slip_law;
         SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 2, s);
         SlipFrictionStateRate(&f, 1, 2, s, 1, &v, rate);
         SlipFrictionStage(&f, 0, theta, s0, v, &mu, ds, &dv, slope);
@@ -371,12 +377,16 @@ static void unstable_two(void **state)
 
   for (int i = 0; i < 6; i++) {
     SlipFrictionCells f = Cells(a, b + i / 2, f0, slip);
-    const SlipFriction p = {
-      .a = 0.01, .b = b[i / 2], .slip = 0.14, .reference = 0.6, .reference_rate = 1e-6, .slip_law = (PetscBool)(i % 2)};
+    const SlipFriction p = {.a = 0.01,
+                            .b = b[i / 2],
+                            .slip = 0.14,
+                            .reference = 0.6,
+                            .reference_rate = 1e-6,
+                            .state_law = (SlipStateLaw)(i % 2)};
     PetscReal s[2], mu, m[2], mu_v, rate[2], J[4], r[2], fall, critical, t, D, A, B, half, root;
 
     f.law = &pair;
-    f.slip_law = p.slip_law;
+    f.state_law = p.state_law;
     pair.steady(&p, v, s);
     pair.eval(&p, s, v, &mu, m, &mu_v);
     pair.rate(&p, s, v, rate, J, r);
@@ -407,11 +417,12 @@ static void drift(void **state)
 
   ok(SlipFrictionFind("rate_and_state", &f.law));
   for (int k = 0; k < 8; k++) {
-    const SlipFriction p = {.slip = slip, .reference_rate = 1e-6, .slip_law = k % 2 ? PETSC_TRUE : PETSC_FALSE};
+    const SlipFriction p = {
+      .slip = slip, .reference_rate = 1e-6, .state_law = k % 2 ? SLIP_STATE_SLIP : SLIP_STATE_AGING};
     const PetscReal v = k / 4 ? -0.2 : 1e-9, h = k / 4 ? 0.5 : 1e6;
     PetscReal s = start[k / 2 % 2], many = s, euler = s, work, rate, ds, dv;
 
-    f.slip_law = p.slip_law;
+    f.state_law = p.state_law;
     SlipFrictionStateDrift(&f, 1, h, &v, 1, &s, &work);
     for (int i = 0; i < 100000; i++) {
       SlipFrictionStateDrift(&f, 1, h / 100000, &v, 1, &many, &work);
@@ -423,5 +434,97 @@ static void drift(void **state)
   }
 }
 
+/* ---- the composite law ---- */
+
+static const SlipFriction cell = {.b = 0.03,
+                                  .slip = 0.14,
+                                  .reference_rate = 1e-6,
+                                  .state_law = SLIP_STATE_COMPOSITE,
+                                  .cutoff_rate = CUTOFF,
+                                  .shift = 0.7};
+
+/* dpsi/dt = (dtheta/dt)/theta as Kato and Tullis (2001) write it, of theta and not of its logarithm */
+static long double Composite(long double s, long double v)
+{
+  const long double theta = (long double)cell.slip / cell.reference_rate * expl(s - cell.shift),
+                    x = v * theta / cell.slip;
+
+  return (expl(-v / cell.cutoff_rate) - x * logl(x)) / theta;
+}
+
+/* The rate to the rounding of its two terms, and its derivatives by central differences in s and ln v, which are off by
+   h^2/6 of third derivatives: those of exp(-v/V_c) are up to (v/V_c)^2 times its first, and it is below 1e-8 of itself
+   from v = 20 V_c on. */
+static void composite(void **state)
+{
+  const long double h = 1e-4L;
+
+  for (PetscReal v = 1e-16; v < 10; v *= 3)
+    for (PetscReal s = -20; s < 25; s += 1.3) {
+      const PetscReal x = v / cell.cutoff_rate, healing = 1e-6 / 0.14 * exp(0.7 - s - x);
+      const PetscReal terms = healing * (1 + fabs(s) + x) + v / 0.14 * (1 + fabs(log(v / 1e-6)) + fabs(s));
+      PetscReal rate, ds, dv;
+
+      SlipRateAndStateRate(&cell, &s, v, &rate, &ds, &dv);
+      assert_true(fabs(rate - (PetscReal)Composite(s, v)) <= 8 * EPS * terms);
+      AssertNear(ds, (PetscReal)((Composite(s + h, v) - Composite(s - h, v)) / (2 * h)), 1e-8 * terms);
+      AssertNear(dv * v, (PetscReal)((Composite(s, v * expl(h)) - Composite(s, v * expl(-h))) / (2 * h)),
+                 1e-8 * terms * (1 + PetscMin(x * x * x, 1e4)));
+      assert_true(ds < 0);
+    }
+}
+
+/* Steady states: the rate is 0 to the rounding of its terms, v/d_c times logarithms of up to 40. Far below the cut-off
+   rate V theta/d_c is exp(W(1)) = 1.763, far above it 1; between, steady friction falls faster with ln v than by
+   b - a. */
+static void composite_steady(void **state)
+{
+  const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
+  PetscReal s, rate, ds, dv, fall, critical;
+
+  for (PetscReal v = 1e-20; v < 10; v *= 3) {
+    SlipRateAndStateSteady(&cell, v, &s);
+    SlipRateAndStateRate(&cell, &s, v, &rate, &ds, &dv);
+    assert_true(fabs(rate) <= 8 * EPS * v / 0.14 * 40);
+  }
+  SlipRateAndStateSteady(&cell, 1e-20, &s);
+  AssertNear(s - 0.7 - log(1e-6 / 1e-20), 0.56714329040978387, 1e-11); /* W(1) less 1e-12 (v/V_c) of itself */
+  SlipRateAndStateSteady(&cell, 1, &s);
+  AssertNear(s - 0.7 - log(1e-6), 0, 1e-14);
+  /* Far from the cut-off rate K_c is (b (1 + W) - a (1 + W))/d_c, with W = W(1) below it, 0 above it */
+  f.state_law = SLIP_STATE_COMPOSITE;
+  SlipFrictionWeakening(&f, 0, 1e-20, &fall, &critical);
+  AssertNear(critical, 0.02 / 0.14 * 1.56714329040978387, 1e-11);
+  SlipFrictionWeakening(&f, 0, 1e-3, &fall, &critical);
+  AssertNear(critical, 0.02 / 0.14, 1e-12);
+  SlipFrictionWeakening(&f, 0, CUTOFF, &fall, &critical);
+  assert_true(critical > 0.02 / 0.14 * 1.3);
+}
+
+/* The state after a time at a constant rate, for which this law has no closed form: of second order, so that halving the
+   steps leaves a quarter of the error, to a tenth; and the steady state stays. */
+static void composite_drift(void **state)
+{
+  const PetscReal slip = 0.05, one = 1, h = 2e6;
+  SlipFrictionCells f = Cells(&one, &one, &one, &slip);
+  const SlipFriction p = {
+    .slip = slip, .reference_rate = 1e-6, .state_law = SLIP_STATE_COMPOSITE, .cutoff_rate = CUTOFF};
+  PetscReal v = CUTOFF, s, end[3], steady, work;
+
+  f.state_law = p.state_law;
+  for (int k = 0; k < 3; k++) {
+    const int n = k < 2 ? 20 << k : 20000;
+
+    end[k] = -2;
+    for (int i = 0; i < n; i++) SlipFrictionStateDrift(&f, 1, h / n, &v, 1, &end[k], &work);
+  }
+  AssertNear((end[0] - end[2]) / (end[1] - end[2]), 4, 0.4);
+  SlipRateAndStateSteady(&p, v, &steady);
+  s = steady;
+  SlipFrictionStateDrift(&f, 1, 1e12, &v, 1, &s, &work);
+  AssertNear(s, steady, 1e-13);
+}
+
 SLIP_TESTS(friction, balance, many, extremes, advance, state_of, follows_normal_stress, registered, advance_two, drift,
-           unstable_two)
+           unstable_two, composite, composite_steady, composite_drift)

@@ -8,7 +8,7 @@ enum { N = 6 };
 static const PetscReal a = 0.012, b = 0.02, dc = 0.05, f0 = 0.6, V0 = 1e-6, nothing = 0;
 
 /* One cell of the aging or slip law under the normal stress sigma [Pa] */
-static SlipFrictionCells Cell(const PetscReal *sigma, PetscBool slip_law)
+static SlipFrictionCells Cell(const PetscReal *sigma, SlipStateLaw state_law)
 {
   const SlipFrictionLaw *law = NULL;
 
@@ -23,11 +23,11 @@ static SlipFrictionCells Cell(const PetscReal *sigma, PetscBool slip_law)
                              .b = &b,
                              .reference = &f0,
                              .reference_rate = V0,
-                             .slip_law = slip_law};
+                             .state_law = state_law};
 }
 
 /* The state s at the end of a stage, s = s0 + theta ds/dt, by halving what holds it, and the friction there */
-static PetscReal Friction(PetscBool slip_law, PetscReal theta, PetscReal s0, PetscReal v)
+static PetscReal Friction(SlipStateLaw state_law, PetscReal theta, PetscReal s0, PetscReal v)
 {
   PetscReal low = s0 - 1 - theta * v / dc * (1 + fabs(log(v / V0)) + fabs(s0)),
             high = s0 + 1 + theta * V0 / dc * exp(-s0);
@@ -35,7 +35,7 @@ static PetscReal Friction(PetscBool slip_law, PetscReal theta, PetscReal s0, Pet
   high += theta * v / dc * (1 + fabs(log(v / V0)) + fabs(s0));
   for (int it = 0; it < 200; it++) {
     const PetscReal s = 0.5 * (low + high);
-    const PetscReal rate = slip_law ? -v / dc * (log(v / V0) + s) : V0 / dc * exp(-s) - v / dc;
+    const PetscReal rate = state_law == SLIP_STATE_SLIP ? -v / dc * (log(v / V0) + s) : V0 / dc * exp(-s) - v / dc;
 
     if (s - s0 - theta * rate > 0)
       high = s;
@@ -57,12 +57,12 @@ static void one_cell(void **state)
       for (size_t j = 0; j < 3; j++)
         for (int k = 0; k < 14; k++)
           for (PetscReal v = 1e-16; v < 10; v *= 100) {
-            const SlipFrictionCells f = Cell(&sigma[j], law ? PETSC_TRUE : PETSC_FALSE);
+            const SlipFrictionCells f = Cell(&sigma[j], (SlipStateLaw)law);
             const PetscReal theta = pow(10, k - 4), s0 = log(V0 / v) + 0.3, h = 1e-5, sign = k % 2 ? -1 : 1;
             const SlipFrictionStageCell cell = {.diagonal = 5e6 + 1e6 * theta, .omega = 1, .theta = theta, .s0 = &s0};
-            const PetscReal mu = Friction(f.slip_law, theta, s0, v), load = sigma[j] * mu + cell.diagonal * v;
+            const PetscReal mu = Friction(f.state_law, theta, s0, v), load = sigma[j] * mu + cell.diagonal * v;
             const PetscReal change =
-              Friction(f.slip_law, theta, s0, v * (1 + h)) - Friction(f.slip_law, theta, s0, v * (1 - h));
+              Friction(f.state_law, theta, s0, v * (1 + h)) - Friction(f.state_law, theta, s0, v * (1 - h));
             const PetscReal slope = sigma[j] * change / (2 * h) + cell.diagonal * v; /* by ln v */
             PetscBool stable;
             PetscReal root;
@@ -75,7 +75,7 @@ static void one_cell(void **state)
             assert_true(sign * root > 0);
             if (slope > 0 && guess[g] > 0.4 && guess[g] < 2)
               assert_true(fabs(sign * root / v - 1) < 1e-12 * (load / slope + 100));
-            assert_true(fabs(sigma[j] * Friction(f.slip_law, theta, s0, sign * root) + cell.diagonal * sign * root -
+            assert_true(fabs(sigma[j] * Friction(f.state_law, theta, s0, sign * root) + cell.diagonal * sign * root -
                              load) < 1e-12 * load);
           }
 }
@@ -85,7 +85,7 @@ static void no_friction(void **state)
 {
   const PetscReal sigma = 0, some = 1e7, s0 = 1;
   const SlipFrictionStageCell cell = {.diagonal = 4, .omega = 1, .theta = 2, .s0 = &s0};
-  const SlipFrictionCells none = Cell(&sigma, PETSC_FALSE), loaded = Cell(&some, PETSC_FALSE);
+  const SlipFrictionCells none = Cell(&sigma, SLIP_STATE_AGING), loaded = Cell(&some, SLIP_STATE_AGING);
   PetscBool stable;
 
   assert_true(SlipFrictionStageRate(&none, 0, &cell, -6, 1e-9, &stable) == -1.5);
@@ -110,7 +110,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscCall(VecGetArray(q, &strength));
   if (dq) PetscCall(VecGetArray(dq, &slope));
   for (PetscInt i = 0; i < N; i++) {
-    const SlipFrictionCells f = Cell(&s->sigma[i], PETSC_FALSE);
+    const SlipFrictionCells f = Cell(&s->sigma[i], SLIP_STATE_AGING);
 
     SlipFrictionStrength(&f, 1, s->theta, 1, &s->s0[i], 1, &v[i], &strength[i], slope ? &slope[i] : NULL);
   }
@@ -128,7 +128,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
   load = VecRead(f);
   PetscCall(VecGetArray(x, &v));
   for (PetscInt i = 0; i < N; i++) {
-    const SlipFrictionCells cells = Cell(&s->sigma[i], PETSC_FALSE);
+    const SlipFrictionCells cells = Cell(&s->sigma[i], SLIP_STATE_AGING);
     const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = s->theta, .s0 = &s->s0[i]};
     PetscBool stable = PETSC_TRUE;
 
@@ -222,7 +222,8 @@ static void many_cells(void **state)
         ok(VecAXPY(g, -1, s.l.load));
         v = VecRead(x);
         for (PetscInt i = 0; i < N; i++) {
-          const PetscReal friction = copysign(s.sigma[i] * Friction(PETSC_FALSE, s.theta, s.s0[i], fabs(v[i])), v[i]);
+          const PetscReal friction =
+            copysign(s.sigma[i] * Friction(SLIP_STATE_AGING, s.theta, s.s0[i], fabs(v[i])), v[i]);
           PetscReal balance;
 
           ok(VecGetValues(g, 1, &i, &balance));
@@ -258,7 +259,7 @@ static void instability(void **state)
     ok(VecDuplicate(s.l.load, &x));
     ok(VecSet(x, 1e-9));
     ok(MatMult(s.l.B, x, s.l.load));
-    ok(VecShift(s.l.load, 400e6 * Friction(PETSC_FALSE, 0, 9, 1e-9)));
+    ok(VecShift(s.l.load, 400e6 * Friction(SLIP_STATE_AGING, 0, 9, 1e-9)));
     reason = Solve(con, 1e-9, 1, x, &its);
     ok(SlipConstraintWasUnstable(con, &unstable));
     assert_int_equal(reason < 0, long_stage);

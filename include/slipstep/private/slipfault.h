@@ -86,7 +86,7 @@ typedef struct {
 /* The friction of the cells, without their normal stress, which SlipFaultLoads has */
 typedef struct {
   const SlipFrictionLaw *law;
-  PetscBool slip_law;                /* -fault_state_law slip */
+  SlipStateLaw state_law;            /* -fault_state_law */
   PetscBool follows;                 /* the state depends on changing normal stress (-fault_friction_alpha) */
   PetscReal *start[SLIP_MAX_STATES]; /* initial fields of cells that always slide; NULL: none */
   PetscReal *healing;                /* [n] 1/t_h [1/s]; NULL: 0 */

@@ -43,7 +43,10 @@
   EARLY(RATE_WEAKENING, LAW, "friction that depends on the slip rate, and sticks",                                     \
         !f->friction.law->always_slides && f->friction.law->by_rate)                                                   \
   EARLY(ALWAYS_SLIDES, LAW, "friction whose cells always slide, as rate_and_state", f->friction.law->always_slides)    \
-  EARLY(SLIP_LAW, OWN, "-fault_state_law slip", f->friction.law->always_slides && f->friction.slip_law)                \
+  EARLY(SLIP_LAW, STATE, "-fault_state_law slip",                                                                      \
+        f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_SLIP)                                    \
+  EARLY(COMPOSITE_LAW, STATE, "-fault_state_law composite",                                                            \
+        f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_COMPOSITE)                               \
   EARLY(ALPHA, OWN, "-fault_friction_alpha", f->friction.law->always_slides &&AnyCell(f, FIELD_FRICTION_ALPHA))        \
   EARLY(HEALING, OWN, "-fault_healing_time", AnyCell(f, FIELD_HEALING_TIME))                                           \
   EARLY(CREEP, OWN, "-fault_creep", AnyCell(f, FIELD_CREEP))                                                           \

@@ -47,8 +47,8 @@ PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipF
                                          const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v,
                                           PetscReal *fall, PetscReal *critical);
-PETSC_EXTERN void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
-                                        PetscInt stride, PetscReal s[]);
+PETSC_EXTERN PetscBool SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
+                                             PetscInt stride, PetscReal s[]);
 PETSC_EXTERN void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
                                               PetscReal sigma, PetscReal eta, PetscReal tau);

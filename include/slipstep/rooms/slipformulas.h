@@ -279,6 +279,14 @@ SLIP_VECTOR_FORMULA double SlipSlipLawRate(double inverse, double length, double
   return -speed / length * (SlipLog(least * inverse) + psi);
 }
 
+/* dpsi/dt of the composite law: the slip law, and below the cut-off rate the healing of the aging law, with 1/V_c */
+SLIP_VECTOR_FORMULA double SlipCompositeRate(double V0, double cutoff_inverse, double length, double psi, double speed)
+{
+  const double healing = -psi < SLIP_MOST_HEALING ? -psi : SLIP_MOST_HEALING;
+
+  return V0 / length * SlipExp(healing - speed * cutoff_inverse) + SlipSlipLawRate(1 / V0, length, psi, speed);
+}
+
 /* ---- the exponential integral ---- */
 
 /* e^x E1(x), x > 1, by Lentz' continued fraction (Abramowitz & Stegun 1964, 5.1.22) */

@@ -88,19 +88,22 @@ __kernel void fault_others(int n, int c, double eta, __global const double *rest
   }
 }
 
-static double state_rate(int slip_law, double V0, double length, double psi, double speed)
+enum { AGING, SLIP_LAW, COMPOSITE }; // SlipStateLaw of slipcore.h
+
+static double state_rate(int state_law, double V0, double cutoff, double length, double psi, double speed)
 {
-  return slip_law ? SlipSlipLawRate(1 / V0, length, psi, speed) : SlipAgingRate(V0, length, psi, speed);
+  if (state_law == COMPOSITE) return SlipCompositeRate(V0, 1 / cutoff, length, psi, speed);
+  return state_law == SLIP_LAW ? SlipSlipLawRate(1 / V0, length, psi, speed) : SlipAgingRate(V0, length, psi, speed);
 }
 
 // Computes the derivative of a state from its slip rates.
-__kernel void fault_derivative(int n, int slip_law, double V0, __global const double *restrict cells, __global const double *restrict state,
-                               __global const double *restrict rate, __global double *restrict f)
+__kernel void fault_derivative(int n, int state_law, double V0, double cutoff, __global const double *restrict cells,
+                               __global const double *restrict state, __global const double *restrict rate, __global double *restrict f)
 {
   const int i = get_global_id(0);
 
   if (i < n) {
-    const double v = rate[i], ds = state_rate(slip_law, V0, OF(SLIP), state[3 * i + 2] - OF(SHIFT), fabs(v));
+    const double v = rate[i], ds = state_rate(state_law, V0, cutoff, OF(SLIP), state[3 * i + 2] - OF(SHIFT), fabs(v));
 
     f[3 * i] = 0;
     f[3 * i + 1] = v - OF(LOADING);
@@ -108,14 +111,14 @@ __kernel void fault_derivative(int n, int slip_law, double V0, __global const do
   }
 }
 
-__kernel void fault_derivative_2(int n, int slip_law, double V0, __global const double *restrict cells, __global const double *restrict state,
-                                 __global const double *restrict rate, __global double *restrict f)
+__kernel void fault_derivative_2(int n, int state_law, double V0, double cutoff, __global const double *restrict cells,
+                                 __global const double *restrict state, __global const double *restrict rate, __global double *restrict f)
 {
   const int i = get_global_id(0);
 
   if (i < n) {
     const double x = rate[2 * i], y = rate[2 * i + 1];
-    const double ds = state_rate(slip_law, V0, OF(SLIP), state[5 * i + 4] - OF(SHIFT), hypot(x, y));
+    const double ds = state_rate(state_law, V0, cutoff, OF(SLIP), state[5 * i + 4] - OF(SHIFT), hypot(x, y));
 
     f[5 * i] = f[5 * i + 1] = 0;
     f[5 * i + 2] = x - OF(LOADING) * OF(ALONG);

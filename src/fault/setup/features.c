@@ -56,7 +56,7 @@ static PetscBool HasMesh(SlipFault fault, SlipFaultFeatureId id)
   }
 SLIP_FAULT_FEATURES(FEATURE_ON, FEATURE_ON)
 
-enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
+enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, STATE, START, COUPLING, INTEGRATOR };
 
 #define EARLY(name, group, text, condition) [FEATURE_##name] = {text, group, PETSC_FALSE, On_##name},
 #define LATE(name, group, text, condition) [FEATURE_##name] = {text, group, PETSC_TRUE, On_##name},

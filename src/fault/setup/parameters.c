@@ -77,6 +77,10 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                                 "Steady rate-and-state friction f0 at the rate V0", PROBLEM},
   [FAULT_FRICTION_REFERENCE_RATE] = {"friction_reference_rate", 1e-6, "m/s", 0, NONE, OPEN, REAL,
                                      "Reference rate V0 of rate-and-state friction", PROBLEM},
+  [FAULT_STATE_CUTOFF_RATE] = {"state_cutoff_rate", 1e-8, "m/s", 0, NONE, OPEN, REAL,
+                               "Cut-off rate V_c of -fault_state_law composite, above which the state does not heal "
+                               "with time",
+                               PROBLEM},
   [FAULT_HEALING_TIME] = {"healing_time", 0, "s", 0, NONE, SHUT, REAL,
                           "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never", PROBLEM},
   [FAULT_INITIAL_TRACTION] = {"initial_traction", 0, "Pa", ANY, NONE, SHUT, REAL,
@@ -157,7 +161,9 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law",
                           PROBLEM},
-  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction",
+  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|composite|",
+                       "Evolution of the state of rate-and-state friction: aging, with time, or slip (Ruina 1983); or "
+                       "composite, with slip, and with time at rates below state_cutoff_rate (Kato and Tullis 2001)",
                        PROBLEM},
   [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
                     "What answers slip: static, at once, by stiffness and viscosity; or a type of "

@@ -68,6 +68,21 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode ChooseStateLaw(SlipFault fault)
+{
+  static const char *const names[] = {
+    [SLIP_STATE_AGING] = "aging", [SLIP_STATE_SLIP] = "slip", [SLIP_STATE_COMPOSITE] = "composite"};
+
+  PetscFunctionBegin;
+  for (int k = 0; k < (int)PETSC_STATIC_ARRAY_LENGTH(names); k++) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], names[k], &same));
+    if (same) fault->friction.state_law = (SlipStateLaw)k;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Chooses what "auto" means for the law and the start, and whether there is inertia. */
 PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
 {
@@ -82,7 +97,7 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscCall(Choose(fault, FAULT_VISCOSITY,
                    fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm",
                    &fault->kind.viscosity));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], "slip", &fault->friction.slip_law));
+  PetscCall(ChooseStateLaw(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

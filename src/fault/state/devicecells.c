@@ -288,8 +288,9 @@ PetscErrorCode SlipFaultDeviceOpen(SlipFault fault, PetscReal t, PetscInt *opene
 PetscErrorCode SlipFaultDeviceRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
-  const PetscReal V0 = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
-  const int n = (int)fault->mesh.n, c = (int)fault->layout.components, slip_law = fault->friction.slip_law;
+  const PetscReal V0 = fault->options.value[FAULT_FRICTION_REFERENCE_RATE],
+                  cutoff = fault->options.value[FAULT_STATE_CUTOFF_RATE];
+  const int n = (int)fault->mesh.n, c = (int)fault->layout.components, state_law = (int)fault->friction.state_law;
   SlipDevice device = fault->device.device;
   SlipDeviceMemory cells, state, force, rate, f = NULL;
 
@@ -305,14 +306,14 @@ PetscErrorCode SlipFaultDeviceRates(SlipFault fault, PetscReal t, Vec w, Vec F)
     const SlipDeviceArg others[] = {SLIP_DEVICE_ARG(n),     SLIP_DEVICE_ARG(c),     SLIP_DEVICE_ARG(b->eta),
                                     SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state), SLIP_DEVICE_ARG(force),
                                     SLIP_DEVICE_ARG(rate)};
-    const SlipDeviceArg derivative[] = {SLIP_DEVICE_ARG(n),     SLIP_DEVICE_ARG(slip_law), SLIP_DEVICE_ARG(V0),
-                                        SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state),    SLIP_DEVICE_ARG(rate),
-                                        SLIP_DEVICE_ARG(f)};
+    const SlipDeviceArg derivative[] = {SLIP_DEVICE_ARG(n),      SLIP_DEVICE_ARG(state_law), SLIP_DEVICE_ARG(V0),
+                                        SLIP_DEVICE_ARG(cutoff), SLIP_DEVICE_ARG(cells),     SLIP_DEVICE_ARG(state),
+                                        SLIP_DEVICE_ARG(rate),   SLIP_DEVICE_ARG(f)};
 
     PetscCall(SlipDeviceRun(device, c == 1 ? KERNEL_FAULT_RATES : KERNEL_FAULT_RATES_2, (size_t)n, 1, 5, closed));
     PetscCall(SlipDeviceRun(device, KERNEL_FAULT_OTHERS, (size_t)n, 1, 7, others));
     if (F)
-      PetscCall(SlipDeviceRun(device, c == 1 ? KERNEL_FAULT_DERIVATIVE : KERNEL_FAULT_DERIVATIVE_2, (size_t)n, 1, 7,
+      PetscCall(SlipDeviceRun(device, c == 1 ? KERNEL_FAULT_DERIVATIVE : KERNEL_FAULT_DERIVATIVE_2, (size_t)n, 1, 8,
                               derivative));
   }
   fault->coupling.balanced = fault->kind.coupled;

@@ -26,6 +26,11 @@ static PetscBool NoState(SlipFault fault)
   return fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
 }
 
+static PetscBool NoCutoff(SlipFault fault)
+{
+  return NoState(fault) || fault->friction.state_law != SLIP_STATE_COMPOSITE ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* The law evolves the state by itself; with inertia, healing changes the steps nevertheless. */
 static PetscBool OwnHealing(SlipFault fault)
 {
@@ -73,6 +78,7 @@ static const struct {
   {"initial_perturbation", NotCritical, "it is for -fault_initial critical"},
   {"initial_unstable", NotFromTraction, "it is for -fault_initial traction"},
   {"state_law initial_rate initial_state", NoState, "it is for -fault_friction_law rate_and_state"},
+  {"state_cutoff_rate", NoCutoff, "it is for -fault_state_law composite"},
   {"healing_time", OwnHealing, "the state of this -fault_friction_law evolves by a law of its own"},
   {"damping_ratio", NoRoot, "it is for -fault_viscosity sqrtm, spectral and lanczos"},
   {"krylov_tolerance", NoLanczos, "it is for -fault_viscosity lanczos"},
