@@ -157,6 +157,7 @@ TABLE = {
     "fault_sweep": ("event", "sweep.txt", SAME),
     "fault_features": ("event", "no", SAME),
     "fault_cells": ("event", "nowhere/cells.h5", FILE),
+    "fault_plan": ("event", "2", FILE),
     "fault_initial_unstable": ("loaded", "yes"),
     "fault_output_interval": ("event", "3"),
     "fault_output_slip_interval": ("event", "0.01"),
@@ -309,7 +310,7 @@ class RestartOptions(unittest.TestCase):
         and of programs."""
         self.assertEqual(set(self.parts), set(TABLE))
         self.assertEqual({name for name, part in self.parts.items() if name.startswith("fault_") and not part},
-                         {"fault_sweep", "fault_features", "fault_cells", "fault_view", "fault_stiffness_view"})
+                         {"fault_sweep", "fault_features", "fault_cells", "fault_plan", "fault_view", "fault_stiffness_view"})
 
     def test_what_becomes_of_each(self):
         for option, (what, words) in self.found.items():

@@ -407,7 +407,7 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
   PetscCall(PetscMalloc3(h->N, &owner, h->N, &ex.row, h->N, &ex.column));
   PetscCall(PetscMalloc1(h->N, &order));
   PetscCall(FindRows(S, h, cells, order, owner));
-  PetscCall(SlipHPairsAssign(&h->tree, &list, owner, h->size, &parts));
+  PetscCall(SlipHPairsAssign(&h->tree, &list, h->tolerance, owner, h->size, &parts));
   PetscCall(Touch(S, h, &list, &parts, order, (PetscBool)!h->whole, PETSC_TRUE, ex.column, &h->x));
   if (h->whole)
     PetscCall(Touch(S, h, &list, &parts, order, PETSC_TRUE, PETSC_FALSE, ex.row, &h->y));

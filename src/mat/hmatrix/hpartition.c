@@ -16,9 +16,12 @@
    as long: two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
 #define HMAT_ADMISSIBLE 1.5
 #define HMAT_ADMISSIBLE_DIPPING 2
-#define HMAT_RANK 15 /* the usual rank of a block */
+#define HMAT_USUAL 1e-4 /* the tolerance for which cells are distributed */
 /* The terms of a block are divided where its work is more than this share of the mean work of a process. */
-#define HMAT_DIVIDE 0.25
+#define HMAT_DIVIDE 0.5
+/* To receive and send the numbers of a cell takes as long as so many numbers of the matrix (8 + 8 bytes over a network
+   of some GB/s). */
+#define HMAT_TOUCH 4
 
 /* ---- the blocks ---- */
 
@@ -60,13 +63,24 @@ PetscErrorCode SlipHPairsCreate(const SlipCells *cells, PetscBool whole, SlipClu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscReal SlipHRank(PetscReal tolerance)
+{
+  return 0.8 * PetscSqr(PetscLog10Real(tolerance));
+}
+
+/* The search goes on to a share of the tolerance, and ends after some rows for confirmation (aca.c). */
+PetscReal SlipHSearched(PetscReal tolerance)
+{
+  return SlipHRank(0.3 * tolerance) + 2;
+}
+
 /* Returns the expected storage of a pair's block, in numbers of scalar slip. */
-static PetscReal ExpectedCost(const SlipClusterTree *tree, const SlipHPair *pair)
+static PetscReal ExpectedCost(const SlipClusterTree *tree, const SlipHPair *pair, PetscReal tolerance)
 {
   const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
   const PetscReal m = (PetscReal)(p->end - p->start), n = (PetscReal)(q->end - q->start);
 
-  return pair->low ? PetscMin(HMAT_RANK * (m + n), m * n) : m * n;
+  return pair->low ? PetscMin(SlipHRank(tolerance) * (m + n), m * n) : m * n;
 }
 
 /* Computes cost [n], each cell's share of the storage of its blocks. */
@@ -79,7 +93,7 @@ PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
   PetscCall(SlipHPairsCreate(cells, PETSC_FALSE, &tree, &list));
   PetscCall(PetscArrayzero(cost, cells->n));
   for (PetscInt i = 0; i < list.n; i++) {
-    const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i]);
+    const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i], HMAT_USUAL);
 
     for (int side = 0; side < 2; side++) {
       const SlipCluster *p = &tree.node[side ? list.pair[i].b : list.pair[i].a];
@@ -94,13 +108,17 @@ PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
 
 /* ---- the processes ---- */
 
-/* Finds the processes that own rows of a pair's clusters. */
+/* Finds the processes that own rows of a pair's clusters, and what their blocks touch so far, by pieces of PIECE cells
+   in the tree's order. */
+#define PIECE 32
 typedef struct {
   const SlipClusterTree *tree;
   const PetscMPIInt *owner; /* [N] of each cell in the tree's order */
   PetscInt *next;           /* [N] the next cell of another owner */
   PetscInt *seen;           /* [size] the last search that has found each process */
-  PetscInt search;
+  PetscReal *load;          /* [size] work so far, in numbers of the matrix */
+  PetscInt search, pieces;
+  char *touched;               /* [size][pieces] */
   PetscMPIInt size, n, *found; /* found [n] */
 } Candidates;
 
@@ -110,10 +128,11 @@ static PetscErrorCode CandidatesCreate(const SlipClusterTree *tree, const PetscM
   const PetscInt N = tree->node[0].end;
 
   PetscFunctionBegin;
-  *c = (Candidates){.tree = tree, .owner = owner, .size = size};
+  *c = (Candidates){.tree = tree, .owner = owner, .size = size, .pieces = (N + PIECE - 1) / PIECE};
   PetscCall(PetscMalloc2(N, &c->next, size, &c->found));
-  PetscCall(PetscCalloc1(size, &c->seen));
+  PetscCall(PetscCalloc3(size, &c->seen, size, &c->load, (size_t)size * c->pieces, &c->touched));
   for (PetscInt i = N - 1; i >= 0; i--) c->next[i] = i + 1 < N && owner[i + 1] == owner[i] ? c->next[i + 1] : i + 1;
+  for (PetscInt i = 0; i < N; i++) c->touched[(size_t)owner[i] * c->pieces + i / PIECE] = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,7 +140,7 @@ static PetscErrorCode CandidatesDestroy(Candidates *c)
 {
   PetscFunctionBegin;
   PetscCall(PetscFree2(c->next, c->found));
-  PetscCall(PetscFree(c->seen));
+  PetscCall(PetscFree3(c->seen, c->load, c->touched));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,16 +161,42 @@ static void Find(Candidates *c, const SlipHPair *pair)
   }
 }
 
-/* Returns the candidate with the least load, of equal ones the first process, and moves it to the end of the list. */
-static PetscMPIInt Least(Candidates *c, const PetscReal load[])
+/* Counts the cells of a pair that a process does not touch yet, to a piece, and marks them if asked. */
+static PetscReal Untouched(Candidates *c, const SlipHPair *pair, PetscMPIInt r, PetscBool mark)
 {
+  char *touched = c->touched + (size_t)r * c->pieces;
+  PetscInt pieces = 0;
+
+  for (int side = 0; side < 2; side++) {
+    const SlipCluster *p = &c->tree->node[side ? pair->b : pair->a];
+
+    for (PetscInt k = p->start / PIECE; k <= (p->end - 1) / PIECE; k++) {
+      pieces += !touched[k];
+      if (mark) touched[k] = 1;
+    }
+  }
+  return PIECE * (PetscReal)pieces;
+}
+
+/* Gives a part of a pair's block, of some cost, to the candidate that will have the least work with it, of equal ones to
+   the first process, and moves that to the end of the list. */
+static PetscMPIInt Give(Candidates *c, const SlipHPair *pair, PetscReal cost)
+{
+  PetscReal least = PETSC_MAX_REAL;
   PetscMPIInt best = 0, r;
 
-  for (PetscMPIInt k = 1; k < c->n; k++)
-    if (load[c->found[k]] < load[c->found[best]] ||
-        (load[c->found[k]] == load[c->found[best]] && c->found[k] < c->found[best]))
-      best = k;
+  for (PetscMPIInt k = 0; k < c->n; k++) {
+    const PetscMPIInt s = c->found[k];
+    PetscReal load = c->load[s];
+
+    if (load > least) continue;
+    load += HMAT_TOUCH * Untouched(c, pair, s, PETSC_FALSE);
+    if (load > least || (load == least && s > c->found[best])) continue;
+    least = load;
+    best = k;
+  }
   r = c->found[best];
+  c->load[r] += cost + HMAT_TOUCH * Untouched(c, pair, r, PETSC_TRUE);
   c->found[best] = c->found[--c->n];
   c->found[c->n] = r;
   return r;
@@ -159,29 +204,28 @@ static PetscMPIInt Least(Candidates *c, const PetscReal load[])
 
 /* Assigns the parts of all blocks to `size` processes, the same on each of them. owner [N]: the process that owns each
    cell of the tree's order. */
-PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *list, const PetscMPIInt owner[],
-                                PetscMPIInt size, SlipHParts *parts)
+PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *list, PetscReal tolerance,
+                                const PetscMPIInt owner[], PetscMPIInt size, SlipHParts *parts)
 {
   enum { ALONE, LARGE, SMALL, NUM };
-  PetscReal *load, mean = 0;
+  PetscReal mean = 0;
   Candidates c;
   char *kind;
 
   PetscFunctionBegin;
   PetscCall(CandidatesCreate(tree, owner, size, &c));
-  PetscCall(PetscCalloc1(size, &load));
   PetscCall(PetscMalloc1(list->n, &kind));
   PetscCall(PetscMalloc1(list->n + 1, &parts->first));
-  for (PetscInt i = 0; i < list->n; i++) mean += ExpectedCost(tree, &list->pair[i]) / size;
+  for (PetscInt i = 0; i < list->n; i++) mean += ExpectedCost(tree, &list->pair[i], tolerance) / size;
   parts->first[0] = 0;
   for (PetscInt i = 0; i < list->n; i++) {
-    const PetscReal cost = ExpectedCost(tree, &list->pair[i]), most = HMAT_DIVIDE * mean;
+    const PetscReal cost = ExpectedCost(tree, &list->pair[i], tolerance), most = HMAT_DIVIDE * mean;
     PetscInt n = 1;
 
     Find(&c, &list->pair[i]);
     kind[i] = c.n == 1 ? ALONE : cost > 0.1 * most ? LARGE : SMALL;
     if (c.n > 1 && list->pair[i].low && cost > most)
-      n = PetscMin((PetscInt)PetscCeilReal(cost / most), PetscMin(c.n, HMAT_RANK));
+      n = PetscMin((PetscInt)PetscCeilReal(cost / most), PetscMin(c.n, (PetscInt)SlipHRank(tolerance)));
     parts->first[i + 1] = parts->first[i] + n;
   }
   PetscCall(PetscMalloc1(parts->first[list->n], &parts->keeper));
@@ -192,14 +236,12 @@ PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *l
       if (kind[i] != pass) continue;
       Find(&c, &list->pair[i]);
       for (PetscInt k = 0; k < n; k++) {
-        const PetscMPIInt r = Least(&c, load);
+        const PetscReal cost = ExpectedCost(tree, &list->pair[i], tolerance) / (PetscReal)n;
 
-        parts->keeper[parts->first[i] + k] = r;
-        load[r] += ExpectedCost(tree, &list->pair[i]) / (PetscReal)n;
+        parts->keeper[parts->first[i] + k] = Give(&c, &list->pair[i], cost);
       }
     }
   PetscCall(PetscFree(kind));
-  PetscCall(PetscFree(load));
   PetscCall(CandidatesDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
