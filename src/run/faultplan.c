@@ -84,11 +84,12 @@ static PetscErrorCode Row(SlipFault fault, PetscMPIInt size, SlipWork pair, Pets
   Level: intermediate
 
   Notes:
-  Memory is that of K and Kn (of all processes the mean and the largest) [MB], and of the cells on each process [MB].
-  Exchanged are the bytes that a process receives before a product, and sends after it [kB]. Work is the largest over the
-  mean. Times are processor times of the busiest process by the prices of a run's cost, without the network [s, ms].
+  Memory is that of K and Kn, on all processes the mean and the largest, and of the cells on each process [MB].
+  Exchanged are the bytes that a process receives before a product, and sends after it [kB]. Work is the largest over
+  the mean. Times are processor times of the busiest process by the prices of a run's cost, without the network.
 
-  Errors: PETSC_ERR_SUP for grids, whose stiffness is a transform; PETSC_ERR_ARG_OUTOFRANGE for more processes than cells
+  Errors: PETSC_ERR_SUP for grids, whose stiffness is a transform; PETSC_ERR_ARG_OUTOFRANGE for more processes than
+  cells
 
 .seealso: SlipFaultView(), SlipFaultSetUp()
 @*/

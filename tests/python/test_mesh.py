@@ -88,13 +88,13 @@ class Mesh(FaultTest, PictureTest):
             self.assertGreater(one["fields/slip"][-1].min(), 1e-3)
 
     def test_plan(self):
-        """What is planned, without a run, is what the stiffness on one rank takes: memory within a quarter. Shares of two
-        ranks are halves, and both exchange cells."""
+        """What is planned, without a run, is what the stiffness on one rank takes: memory within a quarter. Shares of
+        two ranks are halves, and both exchange cells."""
         self.make("graded --cells 24 20 --size 3000 3000")
         hmat = ("-fault_mesh", "mesh.h5", "-fault_operator", "hmat")
         lines = self.fault(*hmat, "-fault_plan", "1,2").splitlines()
         one, two = ([float(word) for word in line.split()] for line in lines[-2:])
-        view = self.fault(*hmat, "-fault_view", "-ts_max_steps", 1)
+        view = self.fault(*hmat, "-fault_view", "-ts_max_time", 0.1)
         memory = float(re.search(r"memory: ([0-9.]+) MB", view).group(1))
         self.assertAlmostEqual(one[1] / memory, 1, delta=0.25)
         self.assertAlmostEqual(two[1] / one[1], 0.5, delta=0.05)

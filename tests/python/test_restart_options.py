@@ -309,8 +309,9 @@ class RestartOptions(unittest.TestCase):
         """A new option needs a row of TABLE, and every one of faults says what it is part of, but for those of viewers
         and of programs."""
         self.assertEqual(set(self.parts), set(TABLE))
+        programs = {f"fault_{name}" for name in ("sweep", "features", "cells", "plan", "view", "stiffness_view")}
         self.assertEqual({name for name, part in self.parts.items() if name.startswith("fault_") and not part},
-                         {"fault_sweep", "fault_features", "fault_cells", "fault_plan", "fault_view", "fault_stiffness_view"})
+                         programs)
 
     def test_what_becomes_of_each(self):
         for option, (what, words) in self.found.items():

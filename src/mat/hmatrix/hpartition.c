@@ -178,8 +178,8 @@ static PetscReal Untouched(Candidates *c, const SlipHPair *pair, PetscMPIInt r, 
   return PIECE * (PetscReal)pieces;
 }
 
-/* Gives a part of a pair's block, of some cost, to the candidate that will have the least work with it, of equal ones to
-   the first process, and moves that to the end of the list. */
+/* Gives a part of a pair's block, of some cost, to the candidate that will have the least work with it, of equal ones
+   to the first process, and moves that to the end of the list. */
 static PetscMPIInt Give(Candidates *c, const SlipHPair *pair, PetscReal cost)
 {
   PetscReal least = PETSC_MAX_REAL;

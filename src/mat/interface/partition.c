@@ -216,7 +216,8 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
 }
 #endif
 
-/* Computes for size processes the order [n] of the cells, part by part and each in the file's order, and the parts' sizes. */
+/* Computes for size processes the order [n] of the cells, part by part and each in the file's order, and the sizes of
+   the parts, count [size]. */
 static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char type[], PetscInt order[], PetscInt count[])
 {
   PetscReal *cost;
