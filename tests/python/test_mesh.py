@@ -97,7 +97,7 @@ class Mesh(FaultTest, PictureTest):
         view = self.fault(*hmat, "-fault_view", "-ts_max_time", 0.1)
         memory = float(re.search(r"memory: ([0-9.]+) MB", view).group(1))
         self.assertAlmostEqual(one[1] / memory, 1, delta=0.25)
-        self.assertAlmostEqual(two[1] / one[1], 0.5, delta=0.05)
+        self.assertAlmostEqual(two[1] / one[1], 0.5, delta=0.1)  # printed to 0.1 MB, of 0.7
         self.assertEqual(one[4], 0)
         self.assertGreater(two[4], 0)
         for wrong in (0, 481):
