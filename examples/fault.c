@@ -10,6 +10,7 @@ static const char help[] =
 
 /* The program's: SLIP_EXIT_INCOMPLETE, or above 128 when a signal or the wall limit has stopped it */
 static int exit_code = 0;
+enum { MAX_PLANS = 16 };
 
 /* -fault_cells: the cells of the fault of the options, and nothing else */
 static PetscErrorCode Cells(const char file[])
@@ -23,6 +24,20 @@ static PetscErrorCode Cells(const char file[])
   PetscCall(SlipFaultSetReal(fault, "nz", 10));
   PetscCall(SlipFaultSetFromOptions(fault));
   PetscCall(SlipFaultWriteCells(fault, file));
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscFunctionReturn(0);
+}
+
+/* -fault_plan: what the mesh of the options takes on numbers of processes, and nothing else */
+static PetscErrorCode Plan(PetscInt n, const PetscInt size[])
+{
+  SlipFault fault;
+
+  PetscFunctionBeginUser;
+  PetscCall(SlipCheckOptionNames());
+  PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(SlipFaultSetFromOptions(fault));
+  PetscCall(SlipFaultPlan(fault, n, size, NULL));
   PetscCall(SlipFaultDestroy(&fault));
   PetscFunctionReturn(0);
 }
@@ -85,13 +100,14 @@ static PetscErrorCode Run(void)
 int main(int argc, char **argv)
 {
   char sweep[PETSC_MAX_PATH_LEN] = "", cells[PETSC_MAX_PATH_LEN] = "";
-  PetscBool features = PETSC_FALSE;
+  PetscInt ranks[MAX_PLANS], nranks = MAX_PLANS;
+  PetscBool features = PETSC_FALSE, plan = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(SlipProgramInitialize(&argc, &argv, "fault", help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipSignalsPush());
-  PetscCall(SlipDeclareOptions("fault_", "sweep features cells"));
+  PetscCall(SlipDeclareOptions("fault_", "sweep features cells plan"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
   PetscCall(PetscOptionsBool("-fault_features", "Print what goes with what, and nothing else (default no)",
                              "SlipFaultFeaturesView", features, &features, NULL));
@@ -104,11 +120,17 @@ int main(int argc, char **argv)
                                "Write centres [m], area [m^2], strike, dip [degrees] and fault of the cells to a file, "
                                "of which fields of -fault_parameters can be functions, and nothing else (default none)",
                                "SlipFaultWriteCells", cells, cells, sizeof(cells), NULL));
+  PetscCall(PetscOptionsIntArray("-fault_plan",
+                                 "Print memory, exchange and time of the stiffness of a mesh on these numbers of "
+                                 "processes, and nothing else (default none)",
+                                 "SlipFaultPlan", ranks, &nranks, &plan));
   PetscOptionsEnd();
   if (features)
     PetscCall(SlipFaultFeaturesView(NULL));
   else if (cells[0])
     PetscCall(Cells(cells));
+  else if (plan)
+    PetscCall(Plan(nranks, ranks));
   else if (sweep[0])
     PetscCall(Sweep(sweep, Run));
   else

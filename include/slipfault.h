@@ -47,6 +47,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFa
 PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* creates the cells, which fields may need */
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* creates K, H, parameters and the critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
+/* memory and time on numbers of processes, for a mesh */
+PETSC_EXTERN PetscErrorCode SlipFaultPlan(SlipFault fault, PetscInt n, const PetscInt size[], PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* which features can be combined */
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 /* The prefix "upper_" turns -fault_nx into -upper_fault_nx. */

@@ -213,6 +213,21 @@ PetscErrorCode SlipFaultCellsStiffness(const SlipFaultMesh *mesh, const SlipFaul
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Predicts K, and if normal Kn, for size processes. */
+PetscErrorCode SlipFaultCellsForecast(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, PetscBool normal,
+                                      PetscMPIInt size, SlipCellsForecast forecast[])
+{
+  SlipCells cells;
+  PetscReal *data;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(2 * mesh->N, &data));
+  PetscCall(KernelCells(mesh, s, &cells, data));
+  PetscCall(SlipCellsForecasts(&cells, s->type, s->tolerance, normal, size, forecast));
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultCellsWrite(const SlipFaultMesh *mesh, SlipH5 *h)
 {
   const SlipCells *c = &mesh->cells;

@@ -1,6 +1,7 @@
 """The mesh generator, and the output file of a run on its meshes."""
 
 import os
+import re
 import unittest
 
 from scripts import FaultTest, PictureTest
@@ -85,6 +86,23 @@ class Mesh(FaultTest, PictureTest):
                 np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-9 * np.abs(one[name]).max(),
                                            err_msg=name)
             self.assertGreater(one["fields/slip"][-1].min(), 1e-3)
+
+    def test_plan(self):
+        """What is planned, without a run, is what the stiffness on one rank takes: memory within a quarter. Shares of
+        two ranks are halves, and both exchange cells."""
+        self.make("graded --cells 24 20 --size 3000 3000")
+        hmat = ("-fault_mesh", "mesh.h5", "-fault_operator", "hmat")
+        lines = self.fault(*hmat, "-fault_plan", "1,2").splitlines()
+        one, two = ([float(word) for word in line.split()] for line in lines[-2:])
+        view = self.fault(*hmat, "-fault_view", "-ts_max_time", 0.1)
+        memory = float(re.search(r"memory: ([0-9.]+) MB", view).group(1))
+        self.assertAlmostEqual(one[1] / memory, 1, delta=0.25)
+        self.assertAlmostEqual(two[1] / one[1], 0.5, delta=0.1)  # printed to 0.1 MB, of 0.7
+        self.assertEqual(one[4], 0)
+        self.assertGreater(two[4], 0)
+        for wrong in (0, 481):
+            self.assertIn("-fault_plan", self.fault(*hmat, "-fault_plan", wrong, code=1))
+        self.assertIn("-fault_mesh", self.fault("-fault_plan", 2, code=1))
 
 
 if __name__ == "__main__":

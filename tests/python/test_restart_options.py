@@ -159,6 +159,7 @@ TABLE = {
     "fault_sweep": ("event", "sweep.txt", SAME),
     "fault_features": ("event", "no", SAME),
     "fault_cells": ("event", "nowhere/cells.h5", FILE),
+    "fault_plan": ("event", "2", FILE),
     "fault_initial_unstable": ("loaded", "yes"),
     "fault_output_interval": ("event", "3"),
     "fault_output_slip_interval": ("event", "0.01"),
@@ -310,8 +311,9 @@ class RestartOptions(unittest.TestCase):
         """A new option needs a row of TABLE, and every one of faults says what it is part of, but for those of viewers
         and of programs."""
         self.assertEqual(set(self.parts), set(TABLE))
+        programs = {f"fault_{name}" for name in ("sweep", "features", "cells", "plan", "view", "stiffness_view")}
         self.assertEqual({name for name, part in self.parts.items() if name.startswith("fault_") and not part},
-                         {"fault_sweep", "fault_features", "fault_cells", "fault_view", "fault_stiffness_view"})
+                         programs)
 
     def test_what_becomes_of_each(self):
         for option, (what, words) in self.found.items():

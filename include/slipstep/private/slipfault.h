@@ -269,6 +269,7 @@ typedef struct {
 } SlipFaultGeometryName;
 PETSC_INTERN const SlipFaultGeometryName SlipFaultGeometryNames[];
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultMeshForecast(SlipFault fault, PetscMPIInt size, SlipCellsForecast forecast[]);
 PETSC_INTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
 PETSC_INTERN PetscErrorCode SlipFaultCheckTraction(SlipFault fault); /* startcheck.c */

@@ -210,12 +210,9 @@ typedef struct {
   Vec all;
   PetscBool rows; /* of a pencil only */
   PetscInt N, start, end;
-  MPI_Comm comm;
-  PetscMPIInt *counts; /* rows of each rank; NULL on one */
 } SlipGather;
 PETSC_INTERN PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y);
-PETSC_INTERN PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y);
 PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);

@@ -61,7 +61,43 @@ PETSC_INTERN PetscErrorCode SlipHDeviceCreate(const SlipHShape *shape, SlipHDevi
 PETSC_INTERN PetscErrorCode SlipHDeviceDestroy(SlipHDevice *device);
 PETSC_INTERN PetscErrorCode SlipHDeviceApply(SlipHDevice device, PetscReal scale, Vec x, Vec y);
 
+/* ---- hpartition.c: blocks and processes ---- */
+/* A block: its clusters, and whether it is far enough to be of low rank */
+typedef struct {
+  PetscInt a, b; /* nodes of the cluster tree */
+  PetscBool low;
+} SlipHPair;
+
+typedef struct {
+  PetscReal admissible;
+  PetscInt n, capacity;
+  SlipHPair *pair;
+} SlipHPairs;
+
+/* Parts of blocks: those of block i are first[i] to first[i + 1], and each has about the same number of terms */
+typedef struct {
+  PetscInt *first;     /* [blocks + 1] */
+  PetscMPIInt *keeper; /* the process that stores and applies each; the first one of a block computes the block */
+} SlipHParts;
+PETSC_INTERN PetscErrorCode SlipHPairsCreate(const SlipCells *cells, PetscBool whole, SlipClusterTree *tree,
+                                             SlipHPairs *list);
+PETSC_INTERN PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *list, PetscReal tolerance,
+                                             const PetscMPIInt owner[], PetscMPIInt size, SlipHParts *parts);
+PETSC_INTERN PetscErrorCode SlipHPartsDestroy(SlipHParts *parts);
+PETSC_INTERN PetscErrorCode SlipHPartsTouch(const SlipClusterTree *tree, const SlipHPairs *list,
+                                            const SlipHParts *parts, PetscMPIInt rank, PetscBool rows,
+                                            PetscBool columns, PetscInt place[], PetscInt *n);
+PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);
+/* The usual number of terms of a low-rank block, which grows with the square of the logarithm of the tolerance: 13, 28
+   and 50 at 1e-4, 1e-6 and 1e-8 (8,000 triangles of a bent fault) */
+PETSC_INTERN PetscReal SlipHRank(PetscReal tolerance);
+/* How many rows and columns of a low-rank block are computed */
+PETSC_INTERN PetscReal SlipHSearched(PetscReal tolerance);
+/* ---- hforecast.c ---- */
+PETSC_INTERN PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscReal tolerance,
+                                             PetscMPIInt size, const PetscInt order[], const PetscInt count[],
+                                             SlipCellsForecast forecast[]);
+
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
                                                    PetscBool whole, Mat *S);
-PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);

@@ -136,6 +136,8 @@ PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, Petsc
 
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshTriangles; /* triangles.c: those of -fault_mesh */
 /* list.c: for any mesh with mesh->cells */
+PETSC_INTERN PetscErrorCode SlipFaultCellsForecast(const SlipFaultMesh *mesh, const SlipFaultStiffness *s,
+                                                   PetscBool normal, PetscMPIInt size, SlipCellsForecast forecast[]);
 PETSC_INTERN PetscErrorCode SlipFaultCellsStiffness(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, Mat *K,
                                                     Mat *Kn);
 PETSC_INTERN void SlipFaultCellsDirection(const SlipCells *cells, PetscReal *strike, PetscReal *dip);

@@ -10,6 +10,18 @@ PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells
    see above, for a stiffness of this type. */
 PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                PetscInt **order, PetscInt *nlocal);
+/* What one of several processes will have of a stiffness */
+typedef struct {
+  PetscReal cells, blocks; /* its cells, and its blocks */
+  PetscReal bytes;         /* of the entries [B] */
+  PetscReal entries;       /* computed at assembly */
+  PetscReal flops;         /* of a product */
+  PetscReal touched;       /* numbers of x and of y that its blocks touch, */
+  PetscReal foreign;       /* and those of them that it receives and sends */
+} SlipCellsForecast;
+/* Predicts K, and if normal Kn, on size processes; forecast [size]. */
+PETSC_EXTERN PetscErrorCode SlipCellsForecasts(const SlipCells *cells, const char type[], PetscReal tolerance,
+                                               PetscBool normal, PetscMPIInt size, SlipCellsForecast forecast[]);
 /* Gets the weights A_i / mean(A) of the rows of such a stiffness, borrowed, or NULL if all are 1. */
 PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
 /* Sets the relative tolerance of products with a viscosity by Lanczos' method; other types ignore it. */

@@ -48,17 +48,36 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gets how K is made of the cells. */
+static PetscErrorCode GetStiffness(SlipFault fault, SlipFaultStiffness *s)
+{
+  PetscFunctionBegin;
+  *s = (SlipFaultStiffness){.type = fault->options.text[FAULT_OPERATOR],
+                            .dipping = fault->kind.dipping,
+                            .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
+                            .rake = fault->fields.cell[FIELD_RAKE]};
+  PetscCall(SlipFaultKernel(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, &s->kernel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Predicts K, and Kn where there is one, of a mesh for size processes. Collective. */
+PetscErrorCode SlipFaultMeshForecast(SlipFault fault, PetscMPIInt size, SlipCellsForecast forecast[])
+{
+  SlipFaultStiffness s;
+
+  PetscFunctionBegin;
+  PetscCall(GetStiffness(fault, &s));
+  PetscCall(SlipFaultCellsForecast(&fault->mesh, &s, fault->kind.coupled, size, forecast));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes K of the mesh, and Kn unless it is NULL. Collective. */
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
-  const char *type = fault->options.text[FAULT_OPERATOR];
-  SlipFaultStiffness s = {.dipping = fault->kind.dipping,
-                          .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
-                          .rake = fault->fields.cell[FIELD_RAKE]};
+  SlipFaultStiffness s;
 
   PetscFunctionBegin;
-  s.type = type;
-  PetscCall(SlipFaultKernel(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, &s.kernel));
+  PetscCall(GetStiffness(fault, &s));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

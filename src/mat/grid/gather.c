@@ -8,7 +8,6 @@
    vector that A multiplies. Collective. */
 PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
 {
-  const PetscInt *ranges;
   PetscMPIInt size;
   Vec x;
 
@@ -16,12 +15,8 @@ PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
   PetscCall(MatGetSize(A, &g->N, NULL));
   PetscCall(MatGetOwnershipRange(A, &g->start, &g->end));
-  g->comm = PetscObjectComm((PetscObject)A);
   if (size > 1) {
     PetscCall(MatCreateVecs(A, pencil ? NULL : &x, pencil ? &x : NULL));
-    PetscCall(MatGetOwnershipRanges(A, &ranges));
-    PetscCall(PetscMalloc1(size, &g->counts));
-    for (PetscMPIInt r = 0; r < size; r++) PetscCall(PetscMPIIntCast(ranges[r + 1] - ranges[r], &g->counts[r]));
     if (pencil) {
       const PetscInt cell = g->N / (pencil->nx * pencil->nz), n = pencil->layout.rows * pencil->nx * cell;
       IS from;
@@ -42,7 +37,6 @@ PetscErrorCode SlipGatherDestroy(SlipGather *g)
 {
   PetscFunctionBegin;
   PetscCall(VecScatterDestroy(&g->scatter));
-  PetscCall(PetscFree(g->counts));
   PetscCall(VecDestroy(&g->all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -83,21 +77,6 @@ PetscErrorCode SlipGatherPut(SlipGather *g, const PetscReal array[], Vec y)
   }
   PetscCall(VecGetArrayWrite(y, &py));
   PetscCall(PetscArraycpy(py, array + g->start, g->end - g->start));
-  PetscCall(VecRestoreArrayWrite(y, &py));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets y to the sum of all processes' arrays [N]. Collective. */
-PetscErrorCode SlipGatherSum(SlipGather *g, const PetscReal array[], Vec y)
-{
-  PetscReal *py;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(y, &py));
-  if (g->counts)
-    PetscCallMPI(MPI_Reduce_scatter(array, py, g->counts, MPIU_REAL, MPIU_SUM, g->comm));
-  else
-    PetscCall(PetscArraycpy(py, array, g->N));
   PetscCall(VecRestoreArrayWrite(y, &py));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,10 +2,9 @@
   Stiffness of type "sliphmat": blocks of cells that are far from each other, relative to their size, are low-rank
   products from adaptive cross approximation, and others are full (Hackbusch 2015, Hierarchical Matrices).
 
-  As a stiffness is symmetric, only the blocks on and above the diagonal are stored: others are their transposes. One
-  process computes, stores and applies a block. It owns some of the block's rows or, by symmetry, of its columns: this
-  is a distribution by rows except for the half that symmetry saves. Of several such processes the one with the least
-  storage so far is chosen. Blocks do not depend on the number of processes, so that results agree to rounding.
+  As a stiffness is symmetric, only the blocks on and above the diagonal are stored: others are their transposes.
+  hpartition.c chooses the process that computes, stores and applies a block. Before a product it receives x, and after
+  it sends what it adds to y, of those cells only that its blocks touch.
 
   Where slip is a vector a block has two columns, and in a stiffness two rows, for each cell, and is compressed as one.
 */
@@ -17,11 +16,6 @@
 #include <slipstep/private/slipmathmatrix.h>
 #include <slipstep/private/slipwork.h>
 
-#define HMAT_LEAF 48 /* cells in a leaf of the cluster tree */
-/* A block is low-rank if the smaller diameter is at most this many distances. Entries of dipping cells take ten times
-   as long: two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
-#define HMAT_ADMISSIBLE 1.5
-#define HMAT_ADMISSIBLE_DIPPING 2
 /* Shares of the tolerance by which rounding may change a full block: a far one that is not of low rank, and a near one
    off the diagonal. All low-rank blocks together have about 4e-4 of the matrix's norm, so that near ones must be more
    accurate by this factor for the total error not to grow. */
@@ -29,18 +23,26 @@
 #define HMAT_ROUND_NEAR 1e-3
 #define HMAT_HEAD_MOST 16 /* most double-precision terms of a full block that is otherwise in single precision */
 
+/* The numbers that a process' blocks read or add to, in the tree's order of cells */
 typedef struct {
-  SlipClusterTree tree;
+  PetscInt n;
+  PetscReal *array;   /* [n], and SLIP_HBLOCK_PAD zeros */
+  Vec vec;            /* the numbers as a vector */
+  VecScatter scatter; /* from the owners */
+} Touched;
+
+typedef struct {
+  SlipClusterTree tree; /* on several processes only until all blocks are there */
   PetscReal scale, tolerance;
   PetscBool whole;        /* matrix of normal stress: no block is the transpose of another */
   PetscInt N, nblocks;    /* numbers of cells, and of blocks of this process */
   PetscInt rows, columns; /* numbers for each cell */
   SlipHBlock *block;
-  SlipGather gather;
-  PetscInt *row;               /* [N] number among the rows' cells of each cell in the tree's order */
+  PetscMPIInt size;
+  PetscInt *order; /* on one process: [N] number among the rows' cells of each cell in the tree's order */
+  Touched x, y;
   Vec diagonal;                /* diagonal without the scale */
-  PetscReal *x, *y, *z, *t;    /* [columns N], [rows N] */
-  PetscBool *seen;             /* work of the assignment of blocks */
+  PetscReal *t;                /* work of products */
   PetscReal bytes, most;       /* bytes of the blocks on all processes, and on the one with the most */
   PetscReal mean_rank;         /* mean rank of the low-rank blocks */
   PetscLogDouble flops;        /* operations of a product on this process */
@@ -61,53 +63,6 @@ static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, P
   const EntryContext *e = (const EntryContext *)ctx;
 
   SlipCellsEntries(e->cells, e->unit, m, e->row + i, n, e->column + j, m * e->rows, a);
-}
-
-/* ---- the partition ---- */
-
-/* Leaves of the block tree. */
-typedef struct {
-  PetscInt a, b; /* nodes of the cluster tree */
-  PetscBool low;
-} Pair;
-
-typedef struct {
-  PetscReal admissible;
-  PetscInt n, capacity;
-  Pair *pair;
-} PairList;
-
-static PairList PairListOf(const SlipCells *cells)
-{
-  return (PairList){.admissible = cells->dip ? HMAT_ADMISSIBLE_DIPPING : HMAT_ADMISSIBLE};
-}
-
-/* Lists pairs of clusters that cover all of a x b, or only its upper triangle if a == b and not whole. */
-static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, PetscInt a, PetscInt b, PairList *list)
-{
-  const SlipCluster *p = &tree->node[a], *q = &tree->node[b];
-  const PetscReal smaller = PetscMin(p->diameter, q->diameter);
-  const PetscBool far = a != b && smaller <= list->admissible * SlipClusterDistance(p, q) ? PETSC_TRUE : PETSC_FALSE;
-  Pair *more;
-
-  PetscFunctionBegin;
-  if (far || (p->child[0] < 0 && q->child[0] < 0)) {
-    if (list->n == list->capacity) {
-      PetscCall(PetscMalloc1(2 * list->capacity + 64, &more));
-      PetscCall(PetscArraycpy(more, list->pair, list->n));
-      PetscCall(PetscFree(list->pair));
-      list->pair = more;
-      list->capacity = 2 * list->capacity + 64;
-    }
-    list->pair[list->n++] = (Pair){a, b, far};
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  for (int i = 0; i < (p->child[0] < 0 ? 1 : 2); i++)
-    for (int j = 0; j < (q->child[0] < 0 ? 1 : 2); j++) {
-      if (!whole && a == b && j < i) continue;
-      PetscCall(Partition(tree, whole, p->child[0] < 0 ? a : p->child[i], q->child[0] < 0 ? b : q->child[j], list));
-    }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- blocks ---- */
@@ -132,51 +87,144 @@ static PetscErrorCode StoreFull(SlipHBlock *k, EntryContext *e, PetscReal share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext *e, SlipHBlock *k)
+/* A block's part for another process: its terms and how many are in double precision, U and V */
+enum { SENT_RANK, SENT_HEAD, NUM_SENT };
+typedef struct {
+  PetscReal *data;
+  MPI_Request request;
+} Sent;
+
+/* Receives, sends or stores blocks one after the other, the same ones on all processes. */
+typedef struct {
+  MPI_Comm comm;
+  PetscMPIInt rank, tag;
+  PetscInt nsent, *row, *column; /* places of cells of the tree's order among those that this process' blocks touch */
+  Sent *sent;
+} Exchange;
+
+/* Adds a block to those of this process. */
+static PetscErrorCode AddBlock(HMat *h, const SlipHBlock *k, const PetscReal U[], const PetscReal V[])
 {
-  const SlipCluster *p = &h->tree.node[pair->a], *q = &h->tree.node[pair->b];
-  const PetscInt m = p->end - p->start, n = q->end - q->start;
-  PetscBool found = PETSC_FALSE;
-  PetscReal *U, *V;
+  SlipHBlock *at = &h->block[h->nblocks];
 
   PetscFunctionBegin;
-  *k = (SlipHBlock){
-    .row = h->rows * p->start, .column = h->columns * q->start, .m = h->rows * m, .n = h->columns * n, .rank = -1};
-  e->row = h->tree.perm + p->start;
-  e->column = h->tree.perm + q->start;
+  if (k->rank == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  *at = *k;
+  PetscCall(SlipHBlockStore(at, U, V, NULL));
+  h->nblocks++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes a block and sends the parts of others. k: its place and size. */
+static PetscErrorCode BlockCreate(HMat *h, const SlipHPair *pair, PetscInt n, const PetscMPIInt keeper[],
+                                  EntryContext *e, Exchange *ex, SlipHBlock *k)
+{
+  PetscReal *U = NULL, *V = NULL;
+  PetscBool found = PETSC_FALSE;
+  SlipHBlock all = *k;
+
+  PetscFunctionBegin;
+  e->row = h->tree.perm + h->tree.node[pair->a].start;
+  e->column = h->tree.perm + h->tree.node[pair->b].start;
   if (pair->low)
-    PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
-                                   &k->rank, &k->head, &U, &V, &found));
+    PetscCall(SlipCrossApproximate(Entries, e, k->m / h->rows, h->rows, k->n / h->columns, h->columns, h->tolerance,
+                                   SlipRankMost(k->m, k->n), &all.rank, &all.head, &U, &V, &found));
   if (!found) {
     *k = (SlipHBlock){.row = k->row, .column = k->column, .m = k->m, .n = k->n, .rank = -1};
     PetscCall(StoreFull(k, e, h->tolerance * (pair->low ? HMAT_ROUND_FAR : pair->a == pair->b ? 0 : HMAT_ROUND_NEAR)));
-    PetscFunctionReturn(PETSC_SUCCESS);
+    h->block[h->nblocks++] = *k;
+    all.rank = all.head = 0;
+  } else {
+    h->low++;
+    h->mean_rank += (PetscReal)all.rank;
+    h->widest = PetscMax(h->widest, all.rank);
   }
-  PetscCall(SlipHBlockStore(k, U, V, NULL));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt first = all.rank * i / n, terms = all.rank * (i + 1) / n - first;
+    const PetscReal *u = U + (size_t)first * k->m, *v = V + (size_t)first * k->n;
+    const size_t size = NUM_SENT + (size_t)terms * (size_t)(k->m + k->n);
+    PetscMPIInt count;
+    PetscReal *data;
+
+    *k = (SlipHBlock){.row = k->row, .column = k->column, .m = k->m, .n = k->n, .rank = terms};
+    k->head = PetscMin(PetscMax(all.head - first, 0), terms);
+    if (keeper[i] == ex->rank) {
+      PetscCall(AddBlock(h, k, u, v));
+      continue;
+    }
+    PetscCall(PetscMalloc1(size, &data));
+    data[SENT_RANK] = (PetscReal)terms;
+    data[SENT_HEAD] = (PetscReal)k->head;
+    PetscCall(PetscArraycpy(data + NUM_SENT, u, (size_t)terms * k->m));
+    PetscCall(PetscArraycpy(data + NUM_SENT + (size_t)terms * k->m, v, (size_t)terms * k->n));
+    PetscCall(PetscMPIIntCast((PetscInt)size, &count));
+    ex->sent[ex->nsent].data = data;
+    PetscCallMPI(MPI_Isend(data, count, MPIU_REAL, keeper[i], ex->tag, ex->comm, &ex->sent[ex->nsent++].request));
+  }
   PetscCall(PetscFree(U));
   PetscCall(PetscFree(V));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Receives a part of a block from the process that has computed it. */
+static PetscErrorCode BlockReceive(HMat *h, PetscMPIInt from, const Exchange *ex, SlipHBlock *k)
+{
+  MPI_Status status;
+  PetscMPIInt count;
+  PetscReal *data;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Probe(from, ex->tag, ex->comm, &status));
+  PetscCallMPI(MPI_Get_count(&status, MPIU_REAL, &count));
+  PetscCall(PetscMalloc1(count, &data));
+  PetscCallMPI(MPI_Recv(data, count, MPIU_REAL, from, ex->tag, ex->comm, MPI_STATUS_IGNORE));
+  k->rank = (PetscInt)data[SENT_RANK];
+  k->head = (PetscInt)data[SENT_HEAD];
+  PetscCall(AddBlock(h, k, data + NUM_SENT, data + NUM_SENT + (size_t)k->rank * k->m));
+  PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the matrix ---- */
+
+/* Creates n touched numbers. scatter: theirs, or NULL, if the caller creates it. */
+static PetscErrorCode TouchedCreate(VecScatter scatter, PetscInt n, Touched *t)
+{
+  PetscFunctionBegin;
+  t->n = n;
+  t->scatter = scatter;
+  if (scatter) PetscCall(PetscObjectReference((PetscObject)scatter));
+  PetscCall(PetscCalloc1(n + SLIP_HBLOCK_PAD, &t->array));
+  PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, t->array, &t->vec));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TouchedDestroy(Touched *t)
+{
+  PetscFunctionBegin;
+  PetscCall(VecScatterDestroy(&t->scatter));
+  PetscCall(VecDestroy(&t->vec));
+  PetscCall(PetscFree(t->array));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
 {
+  InsertMode mode;
   HMat *h;
-  const PetscReal *px;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
-  PetscCall(SlipGatherGet(&h->gather, x, &px));
-  for (PetscInt i = 0; i < h->N; i++)
-    for (PetscInt c = 0; c < h->columns; c++) h->x[h->columns * i + c] = px[h->columns * h->row[i] + c];
-  PetscCall(SlipGatherRestore(&h->gather, x, &px));
-  PetscCall(PetscArrayzero(h->y, h->rows * h->N + SLIP_HBLOCK_PAD));
-  SlipHBlocksApply(h->nblocks, h->block, h->whole, h->x, h->y, h->t);
+  mode = h->size > 1 ? ADD_VALUES : INSERT_VALUES;
+  PetscCall(VecScatterBegin(h->x.scatter, x, h->x.vec, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(h->x.scatter, x, h->x.vec, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(PetscArrayzero(h->y.array, h->y.n + SLIP_HBLOCK_PAD));
+  SlipHBlocksApply(h->nblocks, h->block, h->whole, h->x.array, h->y.array, h->t);
   PetscCall(SlipWorkFlops(SLIP_WORK_HIERARCHY, h->flops));
-  for (PetscInt i = 0; i < h->N; i++)
-    for (PetscInt c = 0; c < h->rows; c++) h->z[h->rows * h->row[i] + c] = h->scale * h->y[h->rows * i + c];
-  PetscCall(SlipGatherSum(&h->gather, h->z, y));
+  for (PetscInt i = 0; i < h->y.n; i++) h->y.array[i] *= h->scale;
+  if (h->size > 1) PetscCall(VecZeroEntries(y));
+  PetscCall(VecScatterBegin(h->y.scatter, h->y.vec, y, mode, SCATTER_REVERSE));
+  PetscCall(VecScatterEnd(h->y.scatter, h->y.vec, y, mode, SCATTER_REVERSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -205,7 +253,7 @@ static PetscErrorCode HMatDevice(Mat S, PetscBool use, PetscReal *bytes)
                               .whole = h->whole,
                               .nblocks = h->nblocks,
                               .block = h->block,
-                              .order = h->row};
+                              .order = h->order};
 
     if (use)
       PetscCall(SlipHDeviceCreate(&shape, &h->device));
@@ -265,8 +313,8 @@ static PetscErrorCode HMatGetInfo(Mat S, MatInfoType flag, MatInfo *info)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
-  bytes =
-    SlipGatherBytes(&h->gather) + (PetscReal)sizeof(PetscReal) * (PetscReal)(h->rows + h->columns) * (PetscReal)h->N;
+  bytes = (PetscReal)sizeof(PetscReal) * (PetscReal)(h->x.n + h->y.n) +
+          (PetscReal)sizeof(PetscInt) * (PetscReal)(h->whole ? h->x.n + h->y.n : h->x.n);
   for (PetscInt b = 0; b < h->nblocks; b++) bytes += SlipHBlockBytes(&h->block[b]);
   PetscCall(SlipInfoFill(S, bytes, flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -281,127 +329,127 @@ static PetscErrorCode HMatDestroy(Mat S)
   PetscCall(SlipHDeviceDestroy(&h->device));
   for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(PetscFree(h->block[b].data));
   PetscCall(PetscFree(h->block));
-  PetscCall(PetscFree(h->x));
-  PetscCall(PetscFree3(h->y, h->z, h->row));
+  PetscCall(TouchedDestroy(&h->x));
+  PetscCall(TouchedDestroy(&h->y));
+  PetscCall(PetscFree(h->order));
   PetscCall(PetscFree(h->t));
   PetscCall(VecDestroy(&h->diagonal));
-  PetscCall(SlipGatherDestroy(&h->gather));
   PetscCall(SlipClusterTreeDestroy(&h->tree));
   PetscCall(PetscFree(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates the storage of a pair: ranks are about 15 at usual tolerances. */
-static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
-{
-  const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
-  const PetscReal m = (PetscReal)(p->end - p->start), n = (PetscReal)(q->end - q->start);
-
-  return pair->low ? PetscMin(15 * (m + n), m * n) : m * n;
-}
-
-/* Computes cost [n], each cell's share of the storage of its blocks. */
-PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
-{
-  SlipClusterTree tree;
-  PairList list = PairListOf(cells);
-
-  PetscFunctionBegin;
-  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &tree));
-  PetscCall(Partition(&tree, PETSC_FALSE, 0, 0, &list));
-  PetscCall(PetscArrayzero(cost, cells->n));
-  for (PetscInt i = 0; i < list.n; i++) {
-    const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i]);
-
-    for (int side = 0; side < 2; side++) {
-      const SlipCluster *p = &tree.node[side ? list.pair[i].b : list.pair[i].a];
-
-      for (PetscInt k = p->start; k < p->end; k++) cost[tree.perm[k]] += half / (PetscReal)(p->end - p->start);
-    }
-  }
-  PetscCall(PetscFree(list.pair));
-  PetscCall(SlipClusterTreeDestroy(&tree));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Counts the processes that own rows of a pair's clusters, and finds the one with the least load among them. */
-static PetscMPIInt Candidates(const HMat *h, const PetscMPIInt owner[], const Pair *pair, PetscMPIInt size,
-                              const PetscReal load[], PetscMPIInt *least)
-{
-  PetscMPIInt found = 0, last = -1;
-  PetscBool *seen = h->seen;
-
-  *least = -1;
-  for (PetscMPIInt r = 0; r < size; r++) seen[r] = PETSC_FALSE;
-  for (int side = 0; side < 2; side++) {
-    const SlipCluster *p = &h->tree.node[side ? pair->b : pair->a];
-
-    for (PetscInt k = p->start; k < p->end && found < size; k++) {
-      const PetscMPIInt r = owner[k];
-
-      if (r == last || seen[r]) continue;
-      last = r;
-      seen[r] = PETSC_TRUE;
-      found++;
-    }
-  }
-  for (PetscMPIInt r = 0; r < size; r++)
-    if (seen[r] && (*least < 0 || load[r] < load[*least])) *least = r;
-  return found;
-}
-
-/* Computes keeper [list->n], equal on all processes: pairs with one candidate come first, then others balance loads. */
-static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt keeper[])
+/* Computes for each cell of the tree's order its number among the rows' cells, order [N], and the process that owns its
+   rows, owner [N]. */
+static PetscErrorCode FindRows(Mat S, const HMat *h, const SlipCells *cells, PetscInt order[], PetscMPIInt owner[])
 {
   const PetscInt *ranges;
-  PetscMPIInt *owner, size, rank = 0;
-  PetscReal *load;
+  PetscMPIInt rank = 0;
+  PetscInt *row;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)S), &size));
   PetscCall(MatGetOwnershipRanges(S, &ranges));
-  PetscCall(PetscMalloc1(h->N, &owner));
-  PetscCall(PetscCalloc1(size, &load));
-  PetscCall(PetscMalloc1(size, &h->seen));
+  PetscCall(PetscMalloc1(h->N, &row));
+  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
   for (PetscInt i = 0; i < h->N; i++) {
-    while (h->rows * h->row[i] < ranges[rank]) rank--;
-    while (h->rows * h->row[i] >= ranges[rank + 1]) rank++;
+    order[i] = row[h->tree.perm[i]];
+    while (h->rows * order[i] < ranges[rank]) rank--;
+    while (h->rows * order[i] >= ranges[rank + 1]) rank++;
     owner[i] = rank;
   }
-  for (int shared = 0; shared < 2; shared++)
-    for (PetscInt i = 0; i < list->n; i++) {
-      PetscMPIInt least;
-
-      if ((Candidates(h, owner, &list->pair[i], size, load, &least) > 1) != shared) continue;
-      keeper[i] = least;
-      load[least] += ExpectedCost(&h->tree, &list->pair[i]);
-    }
-  PetscCall(PetscFree(h->seen));
-  PetscCall(PetscFree(owner));
-  PetscCall(PetscFree(load));
+  PetscCall(PetscFree(row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the blocks of this process. */
+/* Creates the exchange of the cells that the blocks touch, of rows, of columns or of both. place [N]: theirs among
+   those cells */
+static PetscErrorCode Touch(Mat S, const HMat *h, const SlipHPairs *list, const SlipHParts *parts,
+                            const PetscInt order[], PetscBool rows, PetscBool columns, PetscInt place[], Touched *t)
+{
+  const PetscInt each = columns ? h->columns : h->rows;
+  PetscMPIInt rank;
+  PetscInt n, *row;
+  Vec right, left;
+  IS from;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)S), &rank));
+  PetscCall(SlipHPartsTouch(&h->tree, list, parts, rank, rows, columns, place, &n));
+  PetscCall(PetscMalloc1(n, &row));
+  for (PetscInt i = 0; i < h->N; i++)
+    if (place[i] >= 0) row[place[i]] = order[i];
+  PetscCall(MatCreateVecs(S, &right, &left));
+  PetscCall(TouchedCreate(NULL, each * n, t));
+  PetscCall(ISCreateBlock(PETSC_COMM_SELF, each, n, row, PETSC_COPY_VALUES, &from));
+  PetscCall(VecScatterCreate(columns ? right : left, from, t->vec, NULL, &t->scatter));
+  PetscCall(ISDestroy(&from));
+  PetscCall(VecDestroy(&right));
+  PetscCall(VecDestroy(&left));
+  PetscCall(PetscFree(row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates the blocks of this process, and their exchange. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
   EntryContext entry = {
     .cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells), .rows = h->rows, .columns = h->columns};
-  PairList list = PairListOf(cells);
-  PetscMPIInt rank, *keeper;
+  Exchange ex = {.comm = PetscObjectComm((PetscObject)S)};
+  PetscMPIInt *owner;
+  PetscInt mine = 0, sent = 0, *order;
+  SlipHPairs list;
+  SlipHParts parts;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)S), &rank));
-  PetscCall(Partition(&h->tree, h->whole, 0, 0, &list));
-  PetscCall(PetscMalloc1(list.n, &keeper));
-  PetscCall(Assign(S, h, &list, keeper));
-  for (PetscInt i = 0; i < list.n; i++) h->nblocks += keeper[i] == rank ? 1 : 0;
-  PetscCall(PetscCalloc1(h->nblocks, &h->block));
-  h->nblocks = 0;
+  PetscCallMPI(MPI_Comm_rank(ex.comm, &ex.rank));
+  PetscCall(PetscObjectGetNewTag((PetscObject)S, &ex.tag));
+  PetscCall(SlipHPairsCreate(cells, h->whole, &h->tree, &list));
+  PetscCall(PetscMalloc3(h->N, &owner, h->N, &ex.row, h->N, &ex.column));
+  PetscCall(PetscMalloc1(h->N, &order));
+  PetscCall(FindRows(S, h, cells, order, owner));
+  PetscCall(SlipHPairsAssign(&h->tree, &list, h->tolerance, owner, h->size, &parts));
+  PetscCall(Touch(S, h, &list, &parts, order, (PetscBool)!h->whole, PETSC_TRUE, ex.column, &h->x));
+  if (h->whole)
+    PetscCall(Touch(S, h, &list, &parts, order, PETSC_TRUE, PETSC_FALSE, ex.row, &h->y));
+  else {
+    PetscCall(PetscArraycpy(ex.row, ex.column, h->N));
+    PetscCall(TouchedCreate(h->x.scatter, h->x.n, &h->y));
+  }
   for (PetscInt i = 0; i < list.n; i++)
-    if (keeper[i] == rank) PetscCall(BlockCreate(h, &list.pair[i], &entry, &h->block[h->nblocks++]));
+    for (PetscInt k = parts.first[i]; k < parts.first[i + 1]; k++) {
+      mine += parts.keeper[k] == ex.rank ? 1 : 0;
+      sent += parts.keeper[parts.first[i]] == ex.rank && parts.keeper[k] != ex.rank ? 1 : 0;
+    }
+  PetscCall(PetscCalloc1(mine, &h->block));
+  PetscCall(PetscCalloc1(sent, &ex.sent));
+  for (int receive = 0; receive < 2; receive++) /* what others wait for first */
+    for (PetscInt i = 0; i < list.n; i++) {
+      const SlipCluster *p = &h->tree.node[list.pair[i].a], *q = &h->tree.node[list.pair[i].b];
+      const PetscInt first = parts.first[i], n = parts.first[i + 1] - first;
+      const PetscMPIInt *keeper = parts.keeper + first;
+      SlipHBlock k = {.row = h->rows * ex.row[p->start],
+                      .column = h->columns * ex.column[q->start],
+                      .m = h->rows * (p->end - p->start),
+                      .n = h->columns * (q->end - q->start)};
+
+      if (!receive && keeper[0] == ex.rank) PetscCall(BlockCreate(h, &list.pair[i], n, keeper, &entry, &ex, &k));
+      for (PetscInt j = 1; j < n && receive; j++)
+        if (keeper[j] == ex.rank) PetscCall(BlockReceive(h, keeper[0], &ex, &k));
+    }
+  for (PetscInt i = 0; i < ex.nsent; i++) {
+    PetscCallMPI(MPI_Wait(&ex.sent[i].request, MPI_STATUS_IGNORE));
+    PetscCall(PetscFree(ex.sent[i].data));
+  }
   h->total = list.n;
-  PetscCall(PetscFree(keeper));
+  if (h->size == 1)
+    h->order = order;
+  else {
+    PetscCall(PetscFree(order));
+    PetscCall(SlipClusterTreeDestroy(&h->tree));
+  }
+  PetscCall(PetscFree(ex.sent));
+  PetscCall(PetscFree3(owner, ex.row, ex.column));
+  PetscCall(SlipHPartsDestroy(&parts));
   PetscCall(PetscFree(list.pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -420,7 +468,7 @@ PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, Pet
                             .device = HMatDevice,
                             .device_mult = HMatDeviceMult,
                             .unsymmetric = whole};
-  PetscInt work = 1, nlocal, *row;
+  PetscInt work = 1, nlocal, start, end;
   HMat *h;
 
   PetscFunctionBegin;
@@ -434,14 +482,7 @@ PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, Pet
   PetscCall(SlipCellsRows(comm, cells, &nlocal));
   PetscCall(
     SlipShellCreateOfSize(comm, rows * nlocal, columns * nlocal, rows * h->N, columns * h->N, "sliphmat", &ops, h, S));
-  PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
-  /* the places of cells in the tree's order */
-  PetscCall(PetscCalloc1(h->columns * h->N + SLIP_HBLOCK_PAD, &h->x));
-  PetscCall(PetscMalloc3(h->rows * h->N + SLIP_HBLOCK_PAD, &h->y, h->rows * h->N, &h->z, h->N, &h->row));
-  PetscCall(PetscMalloc1(h->N, &row));
-  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
-  for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
-  PetscCall(PetscFree(row));
+  PetscCallMPI(MPI_Comm_size(comm, &h->size));
   PetscCall(CreateBlocks(*S, h, cells));
   for (PetscInt b = 0; b < h->nblocks; b++) {
     const SlipHBlock *k = &h->block[b];
@@ -449,9 +490,6 @@ PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, Pet
     h->bytes += SlipHBlockBytes(k);
     h->flops += (h->whole || k->row == k->column ? 1 : 2) * SlipHBlockFlops(k);
     work = PetscMax(work, SlipHBlockWork(k));
-    h->low += k->rank >= 0 ? 1 : 0;
-    h->mean_rank += (PetscReal)PetscMax(k->rank, 0);
-    h->widest = PetscMax(h->widest, k->rank);
   }
   PetscCallMPI(MPI_Allreduce(&h->bytes, &h->most, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->bytes, 1, MPIU_REAL, MPIU_SUM, comm));
@@ -460,18 +498,18 @@ PetscErrorCode SlipCellMatCreate_HMat(MPI_Comm comm, const SlipCells *cells, Pet
   h->mean_rank /= (PetscReal)PetscMax(h->low, 1);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
   PetscCall(PetscMalloc1(work, &h->t));
-  PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
   if (rows == columns) {
     const PetscReal unit = whole ? 0 : SlipCellsUnit(cells);
     PetscReal *d, block[SLIP_KERNEL_BLOCK];
 
     PetscCall(MatCreateVecs(*S, &h->diagonal, NULL));
+    PetscCall(VecGetOwnershipRange(h->diagonal, &start, &end));
     PetscCall(VecGetArrayWrite(h->diagonal, &d));
-    for (PetscInt i = h->gather.start; i < h->gather.end; i += h->rows) {
+    for (PetscInt i = start; i < end; i += h->rows) {
       const PetscInt e = SlipCellsAt(cells, i / h->rows);
 
       SlipCellsEntries(cells, unit, 1, &e, 1, &e, h->rows, block);
-      for (PetscInt c = 0; c < h->rows; c++) d[i - h->gather.start + c] = block[c * (h->rows + 1)];
+      for (PetscInt c = 0; c < h->rows; c++) d[i - start + c] = block[c * (h->rows + 1)];
     }
     PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
   }

@@ -13,6 +13,29 @@ static PetscInt RowsOf(const SlipCells *c)
   return c->kernel.type->components * c->n;
 }
 
+static PetscErrorCode CellForecast_Dense(const SlipCells *c, PetscBool whole, PetscReal tolerance, PetscMPIInt size,
+                                         const PetscInt order[], const PetscInt count[], SlipCellsForecast forecast[])
+{
+  const PetscReal columns = (PetscReal)c->kernel.type->components, rows = whole ? 1 : columns, N = (PetscReal)c->n;
+
+  PetscFunctionBegin;
+  (void)tolerance;
+  (void)order;
+  for (PetscMPIInt r = 0; r < size; r++) {
+    SlipCellsForecast *f = &forecast[r];
+    const PetscReal n = (PetscReal)count[r], numbers = rows * n * columns * N;
+
+    f->cells = n;
+    f->blocks += 1;
+    f->bytes += (PetscReal)sizeof(PetscReal) * numbers;
+    f->entries += whole ? numbers : numbers - 0.5 * rows * n * columns * n;
+    f->flops += 2 * numbers;
+    f->touched += columns * N + rows * n;
+    f->foreign += columns * (N - n);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes this process' rows of S, or of Kn if normal, from the kernel, except entries that follow by symmetry */
 static PetscErrorCode CellMatCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, PetscBool normal,
                                           Mat *A)
@@ -54,9 +77,11 @@ static PetscErrorCode CellMatCreate_Dense(MPI_Comm comm, const SlipCells *c, Pet
 static const struct {
   const char *name;
   PetscErrorCode (*create)(MPI_Comm, const SlipCells *, PetscReal, PetscBool, Mat *);
+  PetscErrorCode (*forecast)(const SlipCells *, PetscBool, PetscReal, PetscMPIInt, const PetscInt[], const PetscInt[],
+                             SlipCellsForecast[]);
 } SlipCellTypes[] = {
-  {"dense", CellMatCreate_Dense},
-  {"hmat", SlipCellMatCreate_HMat},
+  {"dense", CellMatCreate_Dense, CellForecast_Dense},
+  {"hmat", SlipCellMatCreate_HMat, SlipHMatForecast},
 };
 
 /* Replaces "auto" by "dense" or "hmat". */
@@ -82,6 +107,22 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
     PetscCall(SlipHMatCosts(cells, cost));
   else
     for (PetscInt i = 0; i < cells->n; i++) cost[i] = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCellsForecastOfType(const SlipCells *cells, const char type[], PetscBool whole, PetscReal tolerance,
+                                       PetscMPIInt size, const PetscInt order[], const PetscInt count[],
+                                       SlipCellsForecast forecast[])
+{
+  PetscBool match = PETSC_FALSE;
+  size_t k;
+
+  PetscFunctionBegin;
+  PetscCall(ChooseType(cells, &type));
+  for (k = 0; k < PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes) && !match; k++)
+    PetscCall(PetscStrcmp(type, SlipCellTypes[k].name, &match));
+  PetscCheck(match, PETSC_COMM_SELF, PETSC_ERR_SUP, "no forecast of a stiffness of type \"%s\"", type);
+  PetscCall((*SlipCellTypes[k - 1].forecast)(cells, whole, tolerance, size, order, count, forecast));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

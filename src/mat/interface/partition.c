@@ -24,7 +24,8 @@ enum {
   near_cells = 8,      /* neighbours to which a cell is joined, as many as touch it on a grid */
   search_leaf = 16,    /* cells in a leaf of the search tree */
   max_recursive = 8,   /* number of parts up to which METIS bisects recursively, which balances better */
-  cost_unit = 1 << 12, /* cost of the mean cell, because METIS takes integers */
+  cost_unit = 1 << 12, /* most cost of the mean cell, because METIS takes integers, */
+  cost_all = 1 << 30,  /* and of all cells, because it sums them */
 };
 
 #if defined(SLIPSTEP_HAVE_METIS)
@@ -158,6 +159,7 @@ static PetscErrorCode GraphCreate(const SlipCells *c, Graph *g)
 /* Computes part[i] in [0, size) so that every part has a cell. Tiny meshes are divided equally in the file's order. */
 static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal cost[], idx_t part[])
 {
+  const PetscReal unit = PetscMin(cost_unit, (PetscReal)cost_all / (PetscReal)c->n);
   idx_t options[METIS_NOPTIONS], one = 1, parts = (idx_t)size, cut, *weight;
   PetscReal mean = 0;
   PetscInt *count, empty = 0;
@@ -168,7 +170,7 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
   PetscCall(GraphCreate(c, &g));
   PetscCall(PetscMalloc1(c->n, &weight));
   for (PetscInt i = 0; i < c->n; i++) mean += cost[i] / (PetscReal)c->n;
-  for (PetscInt i = 0; i < c->n; i++) weight[i] = PetscMax(1, (idx_t)(cost_unit * cost[i] / mean));
+  for (PetscInt i = 0; i < c->n; i++) weight[i] = PetscMax(1, (idx_t)(unit * cost[i] / mean));
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1; /* the same parts in every run */
   code = (size > max_recursive ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
@@ -214,7 +216,8 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
 }
 #endif
 
-/* Computes on rank 0 the order [n] of the cells, part by part and each in the file's order, and the parts' sizes. */
+/* Computes for size processes the order [n] of the cells, part by part and each in the file's order, and the sizes of
+   the parts, count [size]. */
 static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char type[], PetscInt order[], PetscInt count[])
 {
   PetscReal *cost;
@@ -267,5 +270,25 @@ PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const c
   }
   *nlocal = count[rank];
   PetscCall(PetscFree(count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCellsForecasts(const SlipCells *cells, const char type[], PetscReal tolerance, PetscBool normal,
+                                  PetscMPIInt size, SlipCellsForecast forecast[])
+{
+  PetscInt *order, *count;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(cells->n, &order, size, &count));
+  PetscCall(PetscArrayzero(forecast, size));
+  if (size > 1)
+    PetscCall(Order(cells, size, type, order, count));
+  else {
+    for (PetscInt i = 0; i < cells->n; i++) order[i] = i;
+    count[0] = cells->n;
+  }
+  PetscCall(SlipCellsForecastOfType(cells, type, PETSC_FALSE, tolerance, size, order, count, forecast));
+  if (normal) PetscCall(SlipCellsForecastOfType(cells, type, PETSC_TRUE, tolerance, size, order, count, forecast));
+  PetscCall(PetscFree2(order, count));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

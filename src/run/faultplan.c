@@ -1,0 +1,129 @@
+/* Predicts for -fault_plan what a mesh takes on several numbers of processes, before anything is assembled. */
+#include <slipstep/private/sliprun.h>
+#include <slipstep/private/slipfaultoperators.h>
+#include <slipstep/private/slipwork.h>
+
+/* Memory of the cells on each process [B]: positions, sizes, directions and order of all of them, and the cluster tree
+   while K is assembled */
+#define MESH_BYTES 250.0
+
+/* Returns the largest and the mean of a number of all processes. */
+static PetscReal Largest(PetscMPIInt size, const SlipCellsForecast f[], PetscReal (*number)(const SlipCellsForecast *),
+                         PetscReal *mean)
+{
+  PetscReal most = 0;
+
+  *mean = 0;
+  for (PetscMPIInt r = 0; r < size; r++) {
+    most = PetscMax(most, (*number)(&f[r]));
+    *mean += (*number)(&f[r]) / (PetscReal)size;
+  }
+  return most;
+}
+
+static PetscReal Bytes(const SlipCellsForecast *f)
+{
+  return f->bytes + (PetscReal)sizeof(PetscReal) * f->touched;
+}
+
+static PetscReal Touched(const SlipCellsForecast *f)
+{
+  return f->touched;
+}
+
+static PetscReal Exchanged(const SlipCellsForecast *f)
+{
+  return (PetscReal)sizeof(PetscReal) * f->foreign;
+}
+
+static PetscReal Flops(const SlipCellsForecast *f)
+{
+  return f->flops;
+}
+
+static PetscReal Entries(const SlipCellsForecast *f)
+{
+  return f->entries;
+}
+
+/* Prints the row of a number of processes. */
+static PetscErrorCode Row(SlipFault fault, PetscMPIInt size, SlipWork pair, PetscViewer viewer)
+{
+  SlipCellsForecast *f;
+  PetscReal mean[5], most[5];
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(size, &f));
+  PetscCall(SlipFaultMeshForecast(fault, size, f));
+  most[0] = Largest(size, f, Bytes, &mean[0]);
+  most[1] = Largest(size, f, Touched, &mean[1]);
+  most[2] = Largest(size, f, Exchanged, &mean[2]);
+  most[3] = Largest(size, f, Flops, &mean[3]);
+  most[4] = Largest(size, f, Entries, &mean[4]);
+  PetscCall(PetscFree(f));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "%6d %9.1f %9.1f %9.1f %9.1f %9.1f %9.2f %9.1f %9.3f\n", (int)size, (double)(1e-6 * mean[0]),
+    (double)(1e-6 * most[0]), 1e-6 * MESH_BYTES * (double)fault->mesh.N, (double)(1e-3 * mean[2]),
+    (double)(1e-3 * most[2]), (double)(mean[3] > 0 ? most[3] / mean[3] : 1), (double)(most[4] * SlipWorkPrice(pair)),
+    (double)(1e3 * most[3] * SlipWorkPrice(SLIP_WORK_HIERARCHY))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultPlan - prints what the stiffness of a mesh will take on several numbers of processes: memory, exchange,
+  balance of the work, and processor time of assembly and of a product, without assembling it
+
+  Collective
+
+  Input Parameters:
++ fault  - the fault, after SlipFaultSetFromOptions(); its cells and fields are set up
+. n      - how many numbers of processes
+. size   - [n] the numbers of processes, each at least 1
+- viewer - an ASCII viewer, NULL for standard output
+
+  Level: intermediate
+
+  Notes:
+  Memory is that of K and Kn, on all processes the mean and the largest, and of the cells on each process [MB].
+  Exchanged are the bytes that a process receives before a product, and sends after it [kB]. Work is the largest over
+  the mean. Times are processor times of the busiest process by the prices of a run's cost, without the network.
+
+  Errors: PETSC_ERR_SUP for grids, whose stiffness is a transform; PETSC_ERR_ARG_OUTOFRANGE for more processes than
+  cells
+
+.seealso: SlipFaultView(), SlipFaultSetUp()
+@*/
+PetscErrorCode SlipFaultPlan(SlipFault fault, PetscInt n, const PetscInt size[], PetscViewer viewer)
+{
+  SlipWork pair;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
+  PetscValidHeaderSpecific(viewer, PETSC_VIEWER_CLASSID, 4);
+  PetscCall(SlipFaultSetUpMesh(fault));
+  PetscCheck(fault->mesh.kind != &SlipFaultMeshGrid, fault->comm, PETSC_ERR_SUP,
+             "-%sfault_plan is of meshes: expected -%sfault_mesh. The stiffness of a grid is a transform, whose memory "
+             "-%sfault_view prints",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
+  PetscCall(SlipFaultCellsSetUp(fault));
+  pair = fault->mesh.cells.vertices ? SLIP_WORK_TRIANGLE_PAIR
+         : fault->kind.dipping      ? SLIP_WORK_DIPPING_PAIR
+                                    : SLIP_WORK_PAIR;
+  for (PetscInt i = 0; i < n; i++)
+    PetscCheck(size[i] >= 1 && size[i] <= fault->mesh.N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "-%sfault_plan %" PetscInt_FMT
+               ": expected numbers of processes from 1 to that of the cells, %" PetscInt_FMT,
+               SlipFaultPrefix(fault), size[i], fault->mesh.N);
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "plan of %" PetscInt_FMT " cells, relative tolerance %g%s: processor time by prices "
+                                   "(cost), without the network\n",
+                                   fault->mesh.N, (double)fault->options.value[FAULT_HMAT_TOLERANCE],
+                                   fault->kind.coupled ? ", K and Kn" : ""));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "", "stiffness", "", "mesh",
+                                   "exchange", "", "work", "assembly", "product"));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "ranks", "mean [MB]", "most",
+                                   "each", "mean [kB]", "most", "most/mean", "[s]", "[ms]"));
+  for (PetscInt i = 0; i < n; i++) PetscCall(Row(fault, (PetscMPIInt)size[i], pair, viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
