@@ -52,11 +52,11 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
   const char *type = fault->options.text[FAULT_OPERATOR];
-  SlipFaultStiffness s = {.dipping = fault->kind.dipping,
-                          .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
-                          .rake = fault->fields.cell[FIELD_RAKE]};
+  SlipFaultStiffness s = {.dipping = fault->kind.dipping, .rake = fault->fields.cell[FIELD_RAKE]};
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultHmatSetUp(fault));
+  s.tolerance = fault->operators.hmat_tolerance;
   s.type = type;
   PetscCall(SlipFaultKernel(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, &s.kernel));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
