@@ -95,6 +95,8 @@ static PetscErrorCode Row(SlipFault fault, PetscMPIInt size, SlipWork pair, Pets
 @*/
 PetscErrorCode SlipFaultPlan(SlipFault fault, PetscInt n, const PetscInt size[], PetscViewer viewer)
 {
+  PetscReal tolerance;
+  char why[128];
   SlipWork pair;
 
   PetscFunctionBegin;
@@ -115,11 +117,11 @@ PetscErrorCode SlipFaultPlan(SlipFault fault, PetscInt n, const PetscInt size[],
                "-%sfault_plan %" PetscInt_FMT
                ": expected numbers of processes from 1 to that of the cells, %" PetscInt_FMT,
                SlipFaultPrefix(fault), size[i], fault->mesh.N);
+  PetscCall(SlipFaultHmatTolerance(fault, &tolerance, why, sizeof(why)));
   PetscCall(PetscViewerASCIIPrintf(viewer,
-                                   "plan of %" PetscInt_FMT " cells, relative tolerance %g%s: processor time by prices "
-                                   "(cost), without the network\n",
-                                   fault->mesh.N, (double)fault->options.value[FAULT_HMAT_TOLERANCE],
-                                   fault->kind.coupled ? ", K and Kn" : ""));
+                                   "plan of %" PetscInt_FMT " cells, relative tolerance %g (%s)%s: processor time by "
+                                   "prices (cost), without the network\n",
+                                   fault->mesh.N, (double)tolerance, why, fault->kind.coupled ? ", K and Kn" : ""));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "", "stiffness", "", "mesh",
                                    "exchange", "", "work", "assembly", "product"));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "ranks", "mean [MB]", "most",

@@ -105,7 +105,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
 {
   const SlipParameter *p;
   PetscBool ascii;
-  char number[32];
+  char number[32], why[96];
   PetscReal value;
 
   PetscFunctionBegin;
@@ -129,7 +129,10 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
     if (fault->setup && i == FAULT_NORMAL_STRESS_GRADIENT) continue; /* part of the normal stress, or replaced */
     PetscCall(SlipFaultGetReal(fault, p->name, &value));
     (void)snprintf(number, sizeof(number), "%g", (double)value);
-    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s\n", p->name, number, p->unit));
+    why[0] = '\0';
+    if (i == FAULT_HMAT_TOLERANCE) PetscCall(SlipFaultHmatTolerance(fault, &value, why, sizeof(why)));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, number, p->unit, why[0] ? "(" : "", why,
+                                     why[0] ? ")" : ""));
   }
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,

@@ -269,6 +269,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   if (run->file) run->file->layout = SlipFaultObserversLayout;
   PetscCall(SlipFaultStressPrint(fault)); /* no check can refuse the run any more */
   PetscCall(SlipFaultResolutionPrint(fault));
+  PetscCall(SlipFaultHmatPrint(fault));
   PetscCall(SlipFaultViscosityPrint(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -376,6 +377,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   if (omega > 0) PetscCall(SlipOutputAddResult(file, "largest_frequency", "largest frequency", "rad/s", omega));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultStepsResult(fault, ts, file));
+  PetscCall(SlipFaultHmatResult(fault, file));
   PetscCall(SlipFaultResolutionResult(fault, file));
   for (PetscInt i = 0; i < run->nwatch; i++)
     if (run->watch[i].row->finish) PetscCall((*run->watch[i].row->finish)(fault, ts, file, run->watch[i].ctx));

@@ -59,18 +59,33 @@ static const SlipNumber SlipLinearNumbers[] = {
   {"-ksp_divtol", 0, NONE, SLIP_OPEN_LOW | SLIP_INFINITE, ""}, {"-ksp_max_it", 0, NONE, SLIP_WHOLE, ""}};
 /* clang-format on */
 
-PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has)
+PetscErrorCode SlipPeekOption(PetscOptions options, const char prefix[], const char name[], char text[], size_t len,
+                              PetscBool *has)
 {
   char **names, **values, whole[SLIP_NAME_LENGTH];
   PetscInt n;
 
   PetscFunctionBegin;
   *has = PETSC_FALSE;
+  text[0] = '\0';
   PetscCall(PetscSNPrintf(whole, sizeof(whole), "-%s%s", prefix ? prefix : "", name));
   PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
-  for (PetscInt i = 0; i < n && !*has; i++) *has = strcasecmp(names[i], whole + 1) ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt i = 0; i < n && !*has; i++) {
+    *has = strcasecmp(names[i], whole + 1) ? PETSC_FALSE : PETSC_TRUE;
+    if (*has && values[i]) PetscCall(PetscStrncpy(text, values[i], len));
+  }
   PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
-  if (!*has) PetscCall(PetscOptionsHasName(options, NULL, whole, has)); /* it was read before, or is not given */
+  /* it was read before, or is not given */
+  if (!*has) PetscCall(PetscOptionsGetString(options, NULL, whole, text, len, has));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has)
+{
+  char text[SLIP_NAME_LENGTH];
+
+  PetscFunctionBegin;
+  PetscCall(SlipPeekOption(options, prefix, name, text, sizeof(text), has));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -262,6 +262,12 @@ PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const
                                                  PetscBool *is);
 PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
+/* hmattolerance.c */
+PETSC_INTERN PetscErrorCode SlipFaultHmatTolerance(SlipFault fault, PetscReal *tolerance, char why[], size_t len);
+PETSC_INTERN PetscErrorCode SlipFaultHmatSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultIsHierarchical(SlipFault fault, PetscBool *is);
+PETSC_INTERN PetscErrorCode SlipFaultHmatPrint(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultHmatResult(SlipFault fault, SlipOutput run);
 /* geometry.c */
 /* access.c: geometry of a cell by name; ends with NULL */
 typedef struct {

@@ -4,11 +4,13 @@
 #include <slipstep/rooms/slipelastic.h>
 
 typedef struct {
-  PetscReal mass;    /* rho Ly [kg/m^2] */
-  PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
-  PetscReal scaling; /* factor by which K was multiplied */
-  uint64_t read;     /* hash of the entries read from -fault_stiffness_file, the same on all ranks */
-  Vec vinf;          /* loading rate [m/s] */
+  PetscReal mass;           /* rho Ly [kg/m^2] */
+  PetscReal tstar;          /* Ly sqrt(rho/G) [s] */
+  PetscReal scaling;        /* factor by which K was multiplied */
+  uint64_t read;            /* hash of the entries read from -fault_stiffness_file, the same on all ranks */
+  Vec vinf;                 /* loading rate [m/s] */
+  PetscReal hmat_tolerance; /* of the stiffness if it is hierarchical; 0: before set-up */
+  char hmat_why[96];        /* where the tolerance is from */
 } SlipFaultOperators;
 
 /* The critical state, and the means that make observations dimensionless */

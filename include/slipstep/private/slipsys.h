@@ -53,6 +53,8 @@ SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL 
 /* Gets whether an option is given, without marking it as read: it may still be reported as unused. name: without
    dash */
 PETSC_INTERN PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has);
+PETSC_INTERN PetscErrorCode SlipPeekOption(PetscOptions options, const char prefix[], const char name[], char text[],
+                                           size_t len, PetscBool *has); /* likewise, and its text */
 
 PETSC_INTERN PetscBool SlipEndsWith(const char name[], const char end[]);
 

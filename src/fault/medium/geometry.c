@@ -54,8 +54,8 @@ static PetscErrorCode GetStiffness(SlipFault fault, SlipFaultStiffness *s)
   PetscFunctionBegin;
   *s = (SlipFaultStiffness){.type = fault->options.text[FAULT_OPERATOR],
                             .dipping = fault->kind.dipping,
-                            .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
                             .rake = fault->fields.cell[FIELD_RAKE]};
+  PetscCall(SlipFaultHmatTolerance(fault, &s->tolerance, NULL, 0));
   PetscCall(SlipFaultKernel(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, &s->kernel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -77,6 +77,7 @@ PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
   SlipFaultStiffness s;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultHmatSetUp(fault));
   PetscCall(GetStiffness(fault, &s));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);

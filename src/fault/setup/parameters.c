@@ -129,8 +129,10 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                          OUTPUT},
   [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
                                 "Level of deflate compression of /fields, with bytes shuffled; 0: disabled", OUTPUT},
-  [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
-                            "Relative error of the low-rank blocks of -fault_operator hmat", PROBLEM},
+  [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", (PetscReal)NAN, "", 0, 1, OPEN, REAL,
+                            "Relative error of the low-rank blocks of -fault_operator hmat (default: a hundredth of "
+                            "-fault_accuracy, or of -ts_rtol where that is less)",
+                            PROBLEM},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                               "Relative error of products with the viscosity of -fault_viscosity lanczos", STEPS},
   [FAULT_WAVES_TOLERANCE] = {"waves_tolerance", 1e-6, "", 1e-8, (PetscReal)0.1, SHUT, REAL,
@@ -474,8 +476,9 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 /*@C
   SlipFaultGetReal - gets a scalar parameter of the fault
 
-  Not collective. Defaults: thickness is length_x, rate_tolerance 1e-10 m over T*, accuracy 1e-2, and
-  normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set.
+  Not collective. Defaults: thickness is length_x, rate_tolerance 1e-10 m over T*, accuracy 1e-2,
+  normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set, and hmat_tolerance, which SlipFaultSetUp() fixes,
+  follows from accuracy.
 
   Input Parameters:
 + fault - the fault
@@ -504,6 +507,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   if (id == FAULT_NORMAL_STRESS_GRADIENT && isnan(*value))
     *value = fault->options.value[FAULT_NORMAL_STRESS] > 0 ? 0 : SLIP_FAULT_STRESS_GRADIENT;
   if (id == FAULT_ACCURACY && isnan(*value)) *value = SLIP_FAULT_ACCURACY;
+  if (id == FAULT_HMAT_TOLERANCE) PetscCall(SlipFaultHmatTolerance(fault, value, NULL, 0));
   if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
     PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
     *value = SLIP_FAULT_ATOL / thickness *

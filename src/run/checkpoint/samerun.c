@@ -282,7 +282,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
 {
   Differences d = {.s = s};
   const SlipParameter *p;
-  PetscBool cells;
+  PetscBool cells, hierarchical;
   PetscMPIInt rank;
   Mat K, H;
   char digest[128];
@@ -292,12 +292,17 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCall(SlipStateGroup(s, "parameters"));
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
     const SlipParameter *p = SlipFaultRealRow(id);
-    PetscReal value;
+    PetscReal value, apart = 0;
 
     d.allowed = p->part == SLIP_PART_STEPS ? PETSC_TRUE : PETSC_FALSE;
     if (!d.allowed && (p->part != SLIP_PART_PROBLEM || SlipFaultFieldOf(id) >= 0)) continue; /* fields are compared */
     PetscCall(SlipFaultGetReal(fault, p->name, &value));
-    PetscCall(CompareReal(&d, p->name, value, p->unit, 0));
+    if (id == FAULT_HMAT_TOLERANCE) { /* a default follows from how steps are computed */
+      if (PetscIsNanReal(fault->options.value[id])) d.allowed = PETSC_TRUE;
+      PetscCall(SlipFaultIsHierarchical(fault, &hierarchical));
+      if (!hierarchical) apart = PETSC_MAX_REAL; /* not in use */
+    }
+    PetscCall(CompareReal(&d, p->name, value, p->unit, apart));
   }
   d.allowed = PETSC_FALSE;
   PetscCall(CompareStrings(&d, fault));

@@ -51,13 +51,10 @@ static PetscBool NoLanczos(SlipFault fault)
 /* Checks the types of the matrices, as -fault_operator auto may have chosen them. */
 static PetscBool NoHierarchy(SlipFault fault)
 {
-  PetscBool is[2] = {PETSC_FALSE, PETSC_FALSE};
-  Mat matrix[2] = {NULL, NULL};
+  PetscBool is;
 
-  PetscCallAbort(PETSC_COMM_SELF, SlipElasticGetMatrices(fault->medium, &matrix[0], &matrix[1], NULL));
-  for (int k = 0; k < 2; k++)
-    if (matrix[k]) PetscCallAbort(PETSC_COMM_SELF, PetscObjectTypeCompare((PetscObject)matrix[k], "sliphmat", &is[k]));
-  return is[0] || is[1] ? PETSC_FALSE : PETSC_TRUE;
+  PetscCallAbort(PETSC_COMM_SELF, SlipFaultIsHierarchical(fault, &is));
+  return is ? PETSC_FALSE : PETSC_TRUE;
 }
 
 static PetscBool NoFiles(SlipFault fault)

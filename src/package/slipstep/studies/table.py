@@ -136,7 +136,7 @@ OF_RESULT = {**dict.fromkeys(("accepted", "rejected", "solves", "explicit_attemp
                               "products_all", "products_k_setup", "products_h_setup", "device_puts", "device_fetches",
                               "device_numbers", "policy_decisions", "policy_outside_range", "policy_halvings",
                               "policy_steps", "heir_steps", "check_solves", "rtol", "accuracy", "accuracy_requested",
-                              "least_resolution", "cells_fail_alone", "cells_without_stress",
+                              "hmat_tolerance", "least_resolution", "cells_fail_alone", "cells_without_stress",
                               "magnitude_so_far"), "1"),
              **dict.fromkeys(("cost", "cost_setup", "cost_output", "processor_time", "wall_time_setup",
                               "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m",
