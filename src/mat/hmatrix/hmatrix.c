@@ -51,16 +51,16 @@ typedef struct {
 /* The data from which an entry of a block is computed */
 typedef struct {
   const SlipCells *cells;
-  PetscReal unit;               /* 0: an entry of normal stress */
-  const PetscInt *row, *column; /* cells of the block's rows and columns */
-  PetscInt rows, columns;       /* numbers for each cell */
+  PetscReal unit;         /* 0: an entry of normal stress */
+  PetscInt rows, columns; /* numbers for each cell */
+  SlipCellsPairs pairs;   /* of the block */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
 {
   const EntryContext *e = (const EntryContext *)ctx;
 
-  SlipCellsEntries(e->cells, e->unit, m, e->row + i, n, e->column + j, m * e->rows, a);
+  SlipCellsPairsEntries(&e->pairs, i, m, j, n, m * e->rows, a);
 }
 
 /* ---- the partition ---- */
@@ -123,7 +123,7 @@ static PetscErrorCode StoreFull(SlipHBlock *k, EntryContext *e, PetscReal share)
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc4(size, &A, size, &rest, (size_t)k->m * most, &U, (size_t)k->n * most, &V));
-  SlipCellsEntries(e->cells, e->unit, k->m / e->rows, e->row, k->n / e->columns, e->column, k->m, A);
+  SlipCellsPairsEntries(&e->pairs, 0, k->m / e->rows, 0, k->n / e->columns, k->m, A);
   PetscCall(PetscArraycpy(rest, A, size));
   if (most) SlipCrossSplit(k->m, k->n, 2 * share / FLT_EPSILON, most, rest, &k->head, U, V, &k->single);
   if (!k->single) k->head = 0;
@@ -142,19 +142,19 @@ static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext 
   PetscFunctionBegin;
   *k = (SlipHBlock){
     .row = h->rows * p->start, .column = h->columns * q->start, .m = h->rows * m, .n = h->columns * n, .rank = -1};
-  e->row = h->tree.perm + p->start;
-  e->column = h->tree.perm + q->start;
+  PetscCall(SlipCellsPairsCreate(e->cells, e->unit, m, h->tree.perm + p->start, n, h->tree.perm + q->start, &e->pairs));
   if (pair->low)
     PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
                                    &k->rank, &k->head, &U, &V, &found));
   if (!found) {
     *k = (SlipHBlock){.row = k->row, .column = k->column, .m = k->m, .n = k->n, .rank = -1};
     PetscCall(StoreFull(k, e, h->tolerance * (pair->low ? HMAT_ROUND_FAR : pair->a == pair->b ? 0 : HMAT_ROUND_NEAR)));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  } else {
+    PetscCall(SlipHBlockStore(k, U, V, NULL));
+    PetscCall(PetscFree(U));
+    PetscCall(PetscFree(V));
   }
-  PetscCall(SlipHBlockStore(k, U, V, NULL));
-  PetscCall(PetscFree(U));
-  PetscCall(PetscFree(V));
+  PetscCall(SlipCellsPairsDestroy(&e->pairs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
