@@ -3,7 +3,7 @@
   triangle_potential.c and triangle_surface.c for receivers that are on no edge.
 
   What both ends of an edge, or both edges at a vertex, share is computed once: the distances R of the vertices, and 1/R
-  and 1/(R + w) from one division; 1/(R + |s|) of both ends and 1/r^2 from another one. With a = 1/(R + s) and rho = R a,
+  and 1/(R + w) from one division; 1/(R + |s|) of both ends and 1/r^2 from another one. With rho = R/(R + s),
 
      Y = rho/R^2,   Z = -(1 + rho) Y/R^2,   W = (3 + rho (3 + 2 rho)) Y/R^4.
 

@@ -1,9 +1,10 @@
 /*
-  Tractions of pairs of triangles in lanes: the gradient of dipping.c times the receiver's normal n, from the derivatives
-  of triangle_edges.c.
+  Tractions of pairs of triangles in lanes: the gradient of dipping.c times the receiver's normal n, from derivatives of
+  triangle_edges.c.
 
-  A stress is 2 G times the strain and a multiple of its trace, so that twice the strain times n gives the tractions along
-  all directions of the receiver. With g and h the parts m_i J_i,l and (z Z_i)_l of dipping.c, without their m_i, it is
+  A stress is 2 G times the strain and a multiple of its trace, so that twice the strain times n gives the tractions
+  along all directions of the receiver. With g and h the parts m_i J_i,l and (z Z_i)_l of dipping.c,
+  without their m_i, it is
 
      m (g n) + g' (m n) + (h + h') n,
 
@@ -288,7 +289,7 @@ SLIP_FUSED static void Tractions(const SlipTriangleLanes *s, const SlipTriangleL
 }
 
 /*
-  SlipTriangleLanesTractions_Private - computes tractions [rows][slips][SLIP_PAIRS] along the directions of the receivers
+  SlipTriangleLanesTractions_Private - computes tractions [rows][slips][SLIP_PAIRS] along directions of the receivers,
   from number `first` on, by unit slips on the sources. near [SLIP_PAIRS] is 1 where they are not valid, else 0: on
   edges the functions of triangle.c must be used.
 */

@@ -31,7 +31,7 @@ static void Blocks(const SlipKernel *kernel, PetscBool normal, const SlipCell re
   ok(PetscFree3(numbers[0], numbers[1], one));
 }
 
-/* Compares all kernels and media, to a share of the source's block on itself; edges: lanes whose receiver is on an edge. */
+/* Compares all kernels and media, to a share of the source's block on itself; edges: lanes with a receiver on one. */
 static void Compare(PetscReal v[2 * SLIP_PAIRS][3][3], PetscReal share, const PetscBool edges[])
 {
   PetscReal directions[2 * SLIP_PAIRS][9];

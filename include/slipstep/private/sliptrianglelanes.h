@@ -10,24 +10,25 @@
   #define SLIP_FUSED
 #endif
 
-/* The numbers of a triangle, for one lane in SlipTriangleData and for all lanes in SlipTriangleLanes: both have the same
+/* The numbers of a triangle, for one lane in SlipTriangleData and for all in SlipTriangleLanes: both have the same
    members in the same order, and nothing else than PetscReal, so that number i is row i of the lanes. Directions and
    coordinates are those of sliptriangle.h; slips, directions and edges come in threes. */
-#define SLIP_TRIANGLE_NUMBERS(LANES)                                                                                     \
-  /* as a source: middle [m], cosine and sine of the strike, y and z of up dip of the image, rounding [m] */             \
-  PetscReal middle[3] LANES, strike[2] LANES, slope[2] LANES, rounding LANES;                                            \
-  /* vertices from the middle and their depths, lengths and directions of edges */                                       \
-  PetscReal x[3] LANES, t[3] LANES, depth[3] LANES, length[3] LANES, along[3] LANES, up[3] LANES;                        \
-  /* second to fourth power of the edges' normals as complex numbers: real and imaginary parts */                        \
-  PetscReal power[3][3][2] LANES;                                                                                        \
-  /* edges of the image, as in SlipTriangleEdges; then 1 if the edge is downward, else -1, and the same or 0 where it  \
-     must not be turned; and for both directions, downward and upward, of ty and tz the numbers ty/(1 + tz) and        \
-     tz/(1 + tz) */ \
-  PetscReal hx[3] LANES, hy[3] LANES, flat[3] LANES, steep[3] LANES;                                                     \
-  PetscReal down[3] LANES, turns[3] LANES, lean[3][2] LANES, share[3][2] LANES;                                          \
-  /* slips along strike, up dip and across, and for edges those along and across them times -2 (1 - 2 nu) steep */       \
-  PetscReal slip[3][3] LANES, edge_slip[3][3][2] LANES;                                                                  \
-  /* as a receiver: centroid and rounding [m], and directions of slip and of the normal, north, east and down */         \
+#define SLIP_TRIANGLE_NUMBERS(LANES)                                                                                   \
+  /* as a source: middle [m], cosine and sine of the strike, y and z of up dip of the image, rounding [m] */           \
+  PetscReal middle[3] LANES, strike[2] LANES, slope[2] LANES, rounding LANES;                                          \
+  /* vertices from the middle and their depths, lengths and directions of edges */                                     \
+  PetscReal x[3] LANES, t[3] LANES, depth[3] LANES, length[3] LANES, along[3] LANES, up[3] LANES;                      \
+  /* second to fourth power of the edges' normals as complex numbers: real and imaginary parts */                      \
+  PetscReal power[3][3][2] LANES;                                                                                      \
+  /* edges of the image, as in SlipTriangleEdges */                                                                    \
+  PetscReal hx[3] LANES, hy[3] LANES, flat[3] LANES, steep[3] LANES;                                                   \
+  /* 1 if the edge is downward, else -1; the same, or 0 where it must not be turned */                                 \
+  PetscReal down[3] LANES, turns[3] LANES;                                                                             \
+  /* ty/(1 + tz) and tz/(1 + tz) of the directions downward and upward */                                              \
+  PetscReal lean[3][2] LANES, share[3][2] LANES;                                                                       \
+  /* slips along strike, up dip and across, and for edges those along and across them times -2 (1 - 2 nu) steep */     \
+  PetscReal slip[3][3] LANES, edge_slip[3][3][2] LANES;                                                                \
+  /* as a receiver: centroid and rounding [m], and directions of slip and of the normal, north, east and down */       \
   PetscReal centroid[3] LANES, reach LANES, direction[3][3] LANES;
 
 typedef struct {

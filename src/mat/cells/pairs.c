@@ -86,8 +86,8 @@ static void BlocksOf(const SlipCellsPairs *p, const PetscReal receiver[], const 
 }
 
 /*
-  SlipCellsPairsEntries - computes entries a of the block like SlipCellsEntries(), for m of its rows' cells from number i
-  on, and n of its columns' cells from number j on
+  SlipCellsPairsEntries - computes entries a of the block like SlipCellsEntries(), for m of its rows' cells, from number
+  i on, and n of its columns' cells, from number j on
 */
 void SlipCellsPairsEntries(const SlipCellsPairs *p, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscInt lda,
                            PetscReal a[])
