@@ -30,6 +30,7 @@ typedef struct {
   PetscReal *lanes[2];           /* their numbers, [n / SLIP_PAIRS][numbers][SLIP_PAIRS] */
   PetscReal *area[2];            /* [m^2] */
   PetscReal *one;                /* numbers of one cell in all lanes */
+  PetscReal *full;               /* all entries; NULL: not computed at once */
 } SlipCellsPairs;
 PETSC_INTERN PetscErrorCode SlipCellsNumbers(const SlipCells *cells, PetscReal **numbers);
 PETSC_INTERN PetscErrorCode SlipCellsPairsCreate(const SlipCells *cells, PetscReal unit, PetscInt m,
@@ -37,6 +38,7 @@ PETSC_INTERN PetscErrorCode SlipCellsPairsCreate(const SlipCells *cells, PetscRe
                                                  SlipCellsPairs *pairs);
 PETSC_INTERN void SlipCellsPairsEntries(const SlipCellsPairs *pairs, PetscInt i, PetscInt m, PetscInt j, PetscInt n,
                                         PetscInt lda, PetscReal a[]);
+PETSC_INTERN PetscErrorCode SlipCellsPairsFill(SlipCellsPairs *pairs);
 PETSC_INTERN PetscErrorCode SlipCellsPairsDestroy(SlipCellsPairs *pairs);
 
 /* A cell for sorting by one coordinate [m], and by number if equal */

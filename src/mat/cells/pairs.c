@@ -60,7 +60,22 @@ PetscErrorCode SlipCellsPairsDestroy(SlipCellsPairs *p)
 {
   PetscFunctionBegin;
   PetscCall(PetscFree(p->one));
+  PetscCall(PetscFree(p->full));
   for (int side = 0; side < 2; side++) PetscCall(PetscFree2(p->lanes[side], p->area[side]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes all entries at once, full [m c][n c] column-major; later calls copy from them. */
+PetscErrorCode SlipCellsPairsFill(SlipCellsPairs *p)
+{
+  const PetscInt c = p->cells->kernel.type->components, lda = p->n[0] * (p->unit == 0 ? 1 : c);
+  PetscReal *full;
+
+  PetscFunctionBegin;
+  if (p->full) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1((size_t)lda * p->n[1] * c, &full));
+  SlipCellsPairsEntries(p, 0, p->n[0], 0, p->n[1], lda, full);
+  p->full = full;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,6 +113,12 @@ void SlipCellsPairsEntries(const SlipCellsPairs *p, PetscInt i, PetscInt m, Pets
   const PetscReal unit = p->unit;
   size_t all;
 
+  if (p->full) {
+    for (PetscInt l = 0; l < c * n; l++)
+      for (PetscInt k = 0; k < rows * m; k++)
+        a[(size_t)l * lda + k] = p->full[(size_t)(c * j + l) * rows * p->n[0] + rows * i + k];
+    return;
+  }
   if (!p->kernel) {
     SlipCellsEntries(p->cells, unit, m, p->cell[0] + i, n, p->cell[1] + j, lda, a);
     return;

@@ -54,12 +54,19 @@ typedef struct {
   PetscReal unit;         /* 0: an entry of normal stress */
   PetscInt rows, columns; /* numbers for each cell */
   SlipCellsPairs pairs;   /* of the block */
+  /* Of the far blocks of a size, by its logarithm: pairs that the approximations asked for, with those of the full
+     blocks of which there was none, and all pairs. Where the former are more, blocks are computed at once. */
+  struct {
+    PetscReal asked, all;
+  } size[8 * sizeof(PetscInt64)];
+  PetscReal asked; /* for a block */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
 {
-  const EntryContext *e = (const EntryContext *)ctx;
+  EntryContext *e = (EntryContext *)ctx;
 
+  e->asked += (PetscReal)m * (PetscReal)n;
   SlipCellsPairsEntries(&e->pairs, i, m, j, n, m * e->rows, a);
 }
 
@@ -138,14 +145,21 @@ static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext 
   const PetscInt m = p->end - p->start, n = q->end - q->start;
   PetscBool found = PETSC_FALSE;
   PetscReal *U, *V;
+  int size = 0;
 
   PetscFunctionBegin;
   *k = (SlipHBlock){
     .row = h->rows * p->start, .column = h->columns * q->start, .m = h->rows * m, .n = h->columns * n, .rank = -1};
   PetscCall(SlipCellsPairsCreate(e->cells, e->unit, m, h->tree.perm + p->start, n, h->tree.perm + q->start, &e->pairs));
-  if (pair->low)
+  if (pair->low) {
+    for (PetscInt64 all = (PetscInt64)m * n; all > 1; all /= 2) size++;
+    if (e->size[size].asked > e->size[size].all) PetscCall(SlipCellsPairsFill(&e->pairs));
+    e->asked = 0;
     PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
                                    &k->rank, &k->head, &U, &V, &found));
+    e->size[size].asked += e->asked + (found ? 0 : (PetscReal)m * (PetscReal)n);
+    e->size[size].all += (PetscReal)m * (PetscReal)n;
+  }
   if (!found) {
     *k = (SlipHBlock){.row = k->row, .column = k->column, .m = k->m, .n = k->n, .rank = -1};
     PetscCall(StoreFull(k, e, h->tolerance * (pair->low ? HMAT_ROUND_FAR : pair->a == pair->b ? 0 : HMAT_ROUND_NEAR)));
