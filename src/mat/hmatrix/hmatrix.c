@@ -14,6 +14,7 @@
 #include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmathmatrix.h>
 #include <slipstep/private/slipwork.h>
 
@@ -59,7 +60,8 @@ typedef struct {
   struct {
     PetscReal asked, all;
   } size[8 * sizeof(PetscInt64)];
-  PetscReal asked; /* for a block */
+  PetscReal asked;       /* for a block */
+  PetscReal rank, ranks; /* sum of the pairs that far blocks asked for over their rows and columns; number of blocks */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
@@ -157,6 +159,8 @@ static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext 
     e->asked = 0;
     PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
                                    &k->rank, &k->head, &U, &V, &found));
+    e->rank += e->asked / (PetscReal)(m + n);
+    e->ranks++;
     e->size[size].asked += e->asked + (found ? 0 : (PetscReal)m * (PetscReal)n);
     e->size[size].all += (PetscReal)m * (PetscReal)n;
   }
@@ -305,13 +309,19 @@ static PetscErrorCode HMatDestroy(Mat S)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates the storage of a pair: ranks are about 15 at usual tolerances. */
-static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
+/* Estimates the numbers of a pair of clusters from the rank of far ones. */
+static PetscReal CostOf(const SlipClusterTree *tree, const Pair *pair, PetscReal rank)
 {
   const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
   const PetscReal m = (PetscReal)(p->end - p->start), n = (PetscReal)(q->end - q->start);
 
-  return pair->low ? PetscMin(15 * (m + n), m * n) : m * n;
+  return pair->low ? PetscMin(rank * (m + n), m * n) : m * n;
+}
+
+/* Estimates the storage of a pair: ranks are about 15 at usual tolerances. */
+static PetscReal ExpectedCost(const SlipClusterTree *tree, const Pair *pair)
+{
+  return CostOf(tree, pair, 15);
 }
 
 /* Computes cost [n], each cell's share of the storage of its blocks. */
@@ -396,6 +406,20 @@ static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reports the share of this process' blocks that are done, blocks before number `done` of the list. Their cost is the
+   number of pairs; that of far blocks to come is what those before asked for, per row and column. */
+static PetscErrorCode Report(const HMat *h, const PairList *list, const PetscMPIInt keeper[], PetscMPIInt rank,
+                             PetscInt done, const EntryContext *e)
+{
+  PetscReal cost[2] = {0, 0}; /* of blocks that are done and of others */
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < list->n; i++)
+    if (keeper[i] == rank) cost[i >= done] += CostOf(&h->tree, &list->pair[i], e->ranks > 0 ? e->rank / e->ranks : 15);
+  PetscCall(SlipWaitReport(h->whole ? "normal stress by slip" : "stiffness K", cost[0] / (cost[0] + cost[1])));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Creates the blocks of this process. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
@@ -412,8 +436,11 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
   for (PetscInt i = 0; i < list.n; i++) h->nblocks += keeper[i] == rank ? 1 : 0;
   PetscCall(PetscCalloc1(h->nblocks, &h->block));
   h->nblocks = 0;
-  for (PetscInt i = 0; i < list.n; i++)
-    if (keeper[i] == rank) PetscCall(BlockCreate(h, &list.pair[i], &entry, &h->block[h->nblocks++]));
+  for (PetscInt i = 0; i < list.n; i++) {
+    if (keeper[i] != rank) continue;
+    PetscCall(BlockCreate(h, &list.pair[i], &entry, &h->block[h->nblocks++]));
+    if (SlipWaitDue()) PetscCall(Report(h, &list, keeper, rank, i + 1, &entry));
+  }
   h->total = list.n;
   PetscCall(PetscFree(keeper));
   PetscCall(PetscFree(list.pair));
