@@ -62,10 +62,10 @@ void SlipTriangleDataOf_Private(PetscReal nu, PetscBool full_space, PetscInt sli
     d->down[k] = down;
     d->turns[k] = PetscAbsReal(z) < STEEP ? down : 0;
     for (int i = 0; i < 2; i++) {
-      const PetscReal sign = i ? -down : down, up = 1 + sign * z;
+      const PetscReal sign = i ? -down : down, up = i && d->turns[k] == 0 ? 1 : 1 + sign * z; /* 0 if it is vertical */
 
-      d->lean[k][i] = i && d->turns[k] == 0 ? 0 : sign * flat / up;
-      d->share[k][i] = i && d->turns[k] == 0 ? 0 : sign * z / up;
+      d->lean[k][i] = sign * flat / up;
+      d->share[k][i] = sign * z / up;
     }
   }
   for (PetscInt m = 0; m < slips; m++) {
