@@ -16,6 +16,7 @@ typedef struct {
   PetscInt nlocal;                      /* rows of this process, if there is an order */
   const PetscReal *edges;               /* for averages: creators of stiffnesses set it in their own copies */
   const PetscReal *directions;          /* [n][3][3] of triangles, likewise */
+  const PetscReal *numbers;             /* of cells for their kernel, likewise */
   const PetscInt *number;               /* of each cell in messages [n]; NULL: counted from 0 */
   /* Of triangles [n][3][3]: north, east and down [m]; NULL: rectangles. For triangles the centres are centroids, length
      * width is the area, and dips above 90 are those of overturned cells, whose hanging wall is below. */

@@ -33,34 +33,6 @@ typedef struct {
   PetscReal V1[3], V2[5], V3[7];
 } Derivatives;
 
-/* Computes the derivative along e of a tensor of the second, third and fourth order. */
-SLIP_WITHIN void Along2(const PetscReal v[5], const PetscReal e[3], PetscReal d[3])
-{
-  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
-  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
-  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
-}
-
-SLIP_WITHIN void Along3(const PetscReal v[7], const PetscReal e[3], PetscReal d[5])
-{
-  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
-  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
-  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
-  d[3] = e[0] * v[3] + e[1] * v[5] + e[2] * v[6];
-  d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
-}
-
-SLIP_WITHIN void Along4(const PetscReal v[9], const PetscReal e[3], PetscReal d[7])
-{
-  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
-  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
-  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
-  d[3] = e[0] * v[3] + e[1] * v[5] + e[2] * v[6];
-  d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
-  d[5] = e[0] * v[5] + e[1] * v[7] + e[2] * v[8];
-  d[6] = e[0] * v[6] + e[1] * v[8] - e[2] * (v[3] + v[7]);
-}
-
 SLIP_WITHIN void Matrix(const PetscReal v[5], PetscReal m[3][3])
 {
   m[0][0] = v[0];
@@ -81,29 +53,20 @@ SLIP_WITHIN void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscRe
     for (int i = 0; i < 3; i++) d->V1[i] = v->first[i][k];
   for (int i = 0; i < 5; i++) d->V2[i] = v->second[i][k];
   for (int i = 0; i < 7; i++) d->V3[i] = v->third[i][k];
-  Along2(d->V2, b, d->U1);
-  Along3(d->V3, b, d->U2);
+  SlipAlong2(d->V2, b, d->U1);
+  SlipAlong3(d->V3, b, d->U2);
   if (highest < 4) return;
   for (int i = 0; i < 9; i++) fourth[i] = v->fourth[i][k];
-  Along4(fourth, b, d->U3);
-}
-
-/* Rotates v from the image's directions to x, y, z, and from those of the rectangle to the mirrored ones. */
-SLIP_WITHIN void Turn(const PetscReal slope[2], PetscReal v[3])
-{
-  const PetscReal t = v[1], q = v[2];
-
-  v[1] = slope[0] * t + slope[1] * q;
-  v[2] = slope[1] * t - slope[0] * q;
+  SlipAlong4(fourth, b, d->U3);
 }
 
 SLIP_WITHIN void TurnBoth(const PetscReal slope[2], PetscReal m[3][3])
 {
-  for (int i = 0; i < 3; i++) Turn(slope, m[i]);
+  for (int i = 0; i < 3; i++) SlipTurnSlope(slope, m[i]);
   for (int j = 0; j < 3; j++) {
     PetscReal column[3] = {m[0][j], m[1][j], m[2][j]};
 
-    Turn(slope, column);
+    SlipTurnSlope(slope, column);
     for (int i = 0; i < 3; i++) m[i][j] = column[i];
   }
 }
@@ -144,10 +107,10 @@ SLIP_WITHIN void Deep(const SlipDipping *s, const Derivatives *d, const PetscRea
   const PetscReal normal[3] = {0, 0, 1};
   PetscReal Vn[3], Vz[3], Uz[3], Un[3];
 
-  Along2(d->V2, normal, Vn);
-  Along2(d->V2, down, Vz);
-  Along2(d->U2, normal, Un);
-  Along2(d->U2, down, Uz);
+  SlipAlong2(d->V2, normal, Vn);
+  SlipAlong2(d->V2, down, Vz);
+  SlipAlong2(d->U2, normal, Un);
+  SlipAlong2(d->U2, down, Uz);
   for (int i = 0; i < 3; i++)
     Z[i] = 4 * c * down[i] * d->U1[2] +
            2 * (-b3 * Vn[i] - c * down[2] * d->U1[i] + a * (normal[i] * U3 + q * Uz[i]) + c * s->b[2] * Vz[i]) -
@@ -162,12 +125,12 @@ SLIP_WITHIN void DeepGradient(const SlipDipping *s, const Derivatives *d, const 
   PetscReal Z[3], Un[3], Uz[3], tensor[5], V3n[5], V3z[5], U2[5], U3n[5], U3z[5], rest[3][3];
 
   Deep(s, d, down, q, z, Z);
-  Along2(d->U2, normal, Un);
-  Along2(d->U2, down, Uz);
-  Along3(d->V3, normal, V3n);
-  Along3(d->V3, down, V3z);
-  Along3(d->U3, normal, U3n);
-  Along3(d->U3, down, U3z);
+  SlipAlong2(d->U2, normal, Un);
+  SlipAlong2(d->U2, down, Uz);
+  SlipAlong3(d->V3, normal, V3n);
+  SlipAlong3(d->V3, down, V3z);
+  SlipAlong3(d->U3, normal, U3n);
+  SlipAlong3(d->U3, down, U3z);
   for (int i = 0; i < 5; i++) {
     U2[i] = d->U2[i];
     tensor[i] = 2 * (-b3 * V3n[i] - c * down[2] * U2[i] + a * q * U3z[i] + c * s->b[2] * V3z[i]) - 2 * a * z * U3n[i];
@@ -247,14 +210,14 @@ static void Displacements(const SlipDipping *const source[], PetscInt n, const P
 
     DerivativesOf(v, k, s->b, 1, 3, &d);
     Displacement(s, &d, q[k], sign, factor, u);
-    Turn(s->slope, u);
+    SlipTurnSlope(s->slope, u);
     for (int i = 0; i < 3; i++) {
       if (rest) u[i] += rest[i][k];
       to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
     }
     if (!image) continue;
     Deep(s, &d, down, q[k], z[k], Z);
-    Turn(s->slope, Z);
+    SlipTurnSlope(s->slope, Z);
     for (int i = 0; i < 3; i++) to[i] += z[k] * Z[i];
   }
 }

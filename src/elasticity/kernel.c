@@ -3,7 +3,7 @@
   and triangles. Each kernel is a table of functions with the closed forms of the other files in this folder.
 */
 #include <slipcompat.h>
-#include <slipstep/private/sliptriangle.h>
+#include <slipstep/private/sliptrianglelanes.h>
 #include <slipstep/private/slipelasticity.h>
 #include <math.h>
 
@@ -220,6 +220,24 @@ static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell rec
   }
 }
 
+static void Cell_Triangle(const SlipKernel *k, const SlipCell *cell, PetscReal numbers[])
+{
+  SlipTriangleCell c;
+
+  CellOf(k, cell, &c);
+  SlipTriangleDataOf_Private(k->poisson_ratio, k->full_space, k->type->components, &c, (SlipTriangleData *)numbers);
+}
+
+static void Blocks_Triangle(const SlipKernel *k, PetscBool normal, const PetscReal receiver[], const PetscReal source[],
+                            PetscReal block[], PetscReal near[])
+{
+  const PetscInt slips = k->type->components;
+
+  SlipTriangleLanesTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, slips, normal ? 2 : 0,
+                                     normal ? 1 : slips, (const SlipTriangleLanes *)receiver,
+                                     (const SlipTriangleLanes *)source, block, near);
+}
+
 static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
   Centres_Triangle(k, 1, receiver, source, block);
@@ -273,3 +291,11 @@ const SlipKernelType SlipKernelTriangleOpening = {
   .centres = Centres_Triangle,
   .side = Side_Triangle,
 };
+
+const SlipKernelLanes *SlipKernelGetLanes(const SlipKernel *kernel)
+{
+  static const SlipKernelLanes triangles = {
+    .numbers = sizeof(SlipTriangleData) / sizeof(PetscReal), .cell = Cell_Triangle, .blocks = Blocks_Triangle};
+
+  return kernel->type->centres == Centres_Triangle && !kernel->average ? &triangles : NULL;
+}

@@ -56,6 +56,44 @@ SLIP_WITHIN PetscReal SlipCorner(PetscReal centre, PetscReal half, PetscReal rou
   return PetscAbsReal(v) <= rounding ? 0 : v;
 }
 
+/* Compute the derivative along e of a tensor of derivatives of V of the second, third and fourth order, rows as in
+   SlipPotential. */
+SLIP_WITHIN void SlipAlong2(const PetscReal v[5], const PetscReal e[3], PetscReal d[3])
+{
+  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
+  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
+  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
+}
+
+SLIP_WITHIN void SlipAlong3(const PetscReal v[7], const PetscReal e[3], PetscReal d[5])
+{
+  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
+  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
+  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
+  d[3] = e[0] * v[3] + e[1] * v[5] + e[2] * v[6];
+  d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
+}
+
+SLIP_WITHIN void SlipAlong4(const PetscReal v[9], const PetscReal e[3], PetscReal d[7])
+{
+  d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
+  d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
+  d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
+  d[3] = e[0] * v[3] + e[1] * v[5] + e[2] * v[6];
+  d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
+  d[5] = e[0] * v[5] + e[1] * v[7] + e[2] * v[8];
+  d[6] = e[0] * v[6] + e[1] * v[8] - e[2] * (v[3] + v[7]);
+}
+
+/* Rotates v from the image's directions to x, y, z, and from those of the rectangle to the mirrored ones. */
+SLIP_WITHIN void SlipTurnSlope(const PetscReal slope[2], PetscReal v[3])
+{
+  const PetscReal t = v[1], q = v[2];
+
+  v[1] = slope[0] * t + slope[1] * q;
+  v[2] = slope[1] * t - slope[0] * q;
+}
+
 /* A line that contains an edge: s = +-1 is the side of its middle, r2 the squared distance from it */
 typedef struct {
   PetscReal sum, Y, Z, W; /* R + s t; the others are defined in dipping_potential.c */

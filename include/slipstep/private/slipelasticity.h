@@ -42,6 +42,18 @@ PETSC_INTERN void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscRea
 PETSC_INTERN PetscReal SlipAverageEdge_Private(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal,
                                                PetscReal share, PetscReal ratio);
 
+/* ---- kernels of pairs of cells in lanes, whose arrays are [numbers][SLIP_PAIRS] for a cell in each lane ---- */
+#define SLIP_PAIRS 8 /* lanes: two vectors of four numbers, or one of eight */
+typedef struct {
+  PetscInt numbers; /* of a cell, as a source and as a receiver */
+  void (*cell)(const SlipKernel *kernel, const SlipCell *cell, PetscReal numbers[]);
+  /* Blocks [rows][components][SLIP_PAIRS] of the shear components or, if normal, the row of normal stress. near is 1
+     in lanes whose blocks are not valid, for which centre() is to be called, else 0. */
+  void (*blocks)(const SlipKernel *kernel, PetscBool normal, const PetscReal receiver[], const PetscReal source[],
+                 PetscReal block[], PetscReal near[]);
+} SlipKernelLanes;
+PETSC_EXTERN const SlipKernelLanes *SlipKernelGetLanes(const SlipKernel *kernel); /* NULL: none; kernel.c */
+
 /* ---- queries of operators ---- */
 PETSC_INTERN PetscErrorCode SlipKernelCheckComponents(MPI_Comm comm, const SlipKernel *kernel, PetscInt components);
 static inline PetscBool SlipKernelIs(const SlipKernel *kernel, SlipKernelSymmetry symmetry)

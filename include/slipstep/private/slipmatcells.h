@@ -1,6 +1,7 @@
 /* Internal header of src/mat: irregular meshes, their trees and their distribution */
 #pragma once
 #include <slipstep/rooms/slipcells.h>
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcommon.h>
 
 /* ---- irregular.c ---- */
@@ -18,6 +19,27 @@ static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
 {
   return cells->order ? cells->order[row] : row;
 }
+
+/* ---- pairs.c: entries of a block, and what its cells are for their kernel ---- */
+typedef struct {
+  const SlipCells *cells;
+  PetscReal unit;
+  const SlipKernelLanes *kernel; /* NULL: it has no lanes */
+  PetscInt n[2];                 /* numbers of cells of rows and of columns */
+  const PetscInt *cell[2];       /* these cells */
+  PetscReal *lanes[2];           /* their numbers, [n / SLIP_PAIRS][numbers][SLIP_PAIRS] */
+  PetscReal *area[2];            /* [m^2] */
+  PetscReal *one;                /* numbers of one cell in all lanes */
+  PetscReal *full;               /* all entries; NULL: not computed at once */
+} SlipCellsPairs;
+PETSC_INTERN PetscErrorCode SlipCellsNumbers(const SlipCells *cells, PetscReal **numbers);
+PETSC_INTERN PetscErrorCode SlipCellsPairsCreate(const SlipCells *cells, PetscReal unit, PetscInt m,
+                                                 const PetscInt row[], PetscInt n, const PetscInt column[],
+                                                 SlipCellsPairs *pairs);
+PETSC_INTERN void SlipCellsPairsEntries(const SlipCellsPairs *pairs, PetscInt i, PetscInt m, PetscInt j, PetscInt n,
+                                        PetscInt lda, PetscReal a[]);
+PETSC_INTERN PetscErrorCode SlipCellsPairsFill(SlipCellsPairs *pairs);
+PETSC_INTERN PetscErrorCode SlipCellsPairsDestroy(SlipCellsPairs *pairs);
 
 /* A cell for sorting by one coordinate [m], and by number if equal */
 typedef struct {

@@ -83,6 +83,7 @@ PETSC_INTERN PetscErrorCode SlipHPairsCreate(const SlipCells *cells, PetscBool w
                                              SlipHPairs *list);
 PETSC_INTERN PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *list, PetscReal tolerance,
                                              const PetscMPIInt owner[], PetscMPIInt size, SlipHParts *parts);
+PETSC_INTERN PetscReal SlipHPairCost(const SlipClusterTree *tree, const SlipHPair *pair, PetscReal tolerance);
 PETSC_INTERN PetscErrorCode SlipHPartsDestroy(SlipHParts *parts);
 PETSC_INTERN PetscErrorCode SlipHPartsTouch(const SlipClusterTree *tree, const SlipHPairs *list,
                                             const SlipHParts *parts, PetscMPIInt rank, PetscBool rows,

@@ -110,6 +110,12 @@ PETSC_INTERN void SlipProductsRun(void);
 PETSC_INTERN void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products);
 PETSC_INTERN SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *before);
 
+/* ---- wait.c ---- */
+typedef PetscErrorCode (*SlipWaitFn)(void *ctx, const char what[], PetscReal share);
+PETSC_INTERN PetscErrorCode SlipWaitListen(SlipWaitFn fn, void *ctx);
+PETSC_INTERN PetscBool SlipWaitDue(void);
+PETSC_INTERN PetscErrorCode SlipWaitReport(const char what[], PetscReal share);
+
 /* ---- error.c ---- */
 PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* called before the error handler of a program ends it */
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */

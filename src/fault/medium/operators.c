@@ -235,6 +235,18 @@ static SlipElasticGrid Grid(SlipFault fault)
                            .rake = fault->fields.cell[FIELD_RAKE]};
 }
 
+/* Prints which share of a matrix is computed. */
+static PetscErrorCode Waited(void *ctx, const char what[], PetscReal share)
+{
+  SlipFault fault = (SlipFault)ctx;
+  char text[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(text, sizeof(text), "%s, %.0f %%", what, (double)(100 * share)));
+  PetscCall((*fault->told)(fault, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   SlipElasticRock rock = Rock(fault);
@@ -250,8 +262,14 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall((*fault->told)(fault, "stiffness K"));
   if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault, &K));
-  else
-    PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
+  else {
+    PetscErrorCode error;
+
+    PetscCall(SlipWaitListen(Waited, fault));
+    error = SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL);
+    PetscCall(SlipWaitListen(NULL, NULL)); /* also after an error, as the fault may be destroyed */
+    PetscCall(error);
+  }
   PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetFromOptions(K));
   PetscCall(SlipFaultDeviceOperators(fault, K, Kn));

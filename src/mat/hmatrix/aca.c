@@ -18,23 +18,73 @@
 #define CROSS_SEARCH 0.3   /* share of the tolerance at which the search ends */
 #define CROSS_TRUNCATE 0.5 /* share of the tolerance for truncation */
 #define CROSS_ROUND 0.2    /* share of the tolerance for rounding to single precision */
+#define CROSS_TILE 512     /* numbers of a column that stay in the cache while all columns are read */
 #define CROSS_KNOWN 0.5    /* size over the largest entry's that suffices for a pivot in a computed column */
 
 typedef struct {
   SlipEntriesFn entries;
   void *ctx;
   PetscInt m, n, rank, capacity;
-  PetscInt tuple[2];   /* numbers of rows and of columns in a tuple */
-  PetscInt at[2];      /* tuples of rows and of columns whose entries are stored; -1: none */
-  PetscReal *known[2]; /* entries of these, [n][tuple[0]] and [tuple[1]][m] */
-  PetscReal *U, *V;    /* [m * capacity], [n * capacity] */
-  PetscBool *used;     /* [m] rows that were pivots */
-  PetscReal norm2;     /* square of the Frobenius norm of U V' */
+  PetscInt tuple[2];     /* numbers of rows and of columns in a tuple */
+  PetscInt at[2];        /* tuples of rows and of columns whose entries are stored; -1: none */
+  PetscReal *known[2];   /* entries of these, [n][tuple[0]] and [tuple[1]][m] */
+  PetscReal *U, *V;      /* [m * capacity], [n * capacity] */
+  PetscReal *f, *dot[2]; /* [capacity] work: factors of columns, and products of a row and of a column with them */
+  PetscBool *used;       /* [m] rows that were pivots */
+  PetscReal norm2;       /* square of the Frobenius norm of U V' */
 } Cross;
 
-/* Computes the residual's row i in v [n]. *j is its largest entry in magnitude, or one nearly as large in a stored
-   column. */
-static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
+typedef PetscReal Four __attribute__((vector_size(4 * sizeof(PetscReal)), aligned(sizeof(PetscReal)), may_alias));
+
+SLIP_VECTOR_PART PetscReal DotOf(PetscInt n, const PetscReal a[], const PetscReal b[])
+{
+  Four sum[2] = {{0}, {0}};
+  PetscReal rest = 0;
+  PetscInt i = 0;
+
+  for (; i + 8 <= n; i += 8) {
+    sum[0] += *(const Four *)(a + i) * *(const Four *)(b + i);
+    sum[1] += *(const Four *)(a + i + 4) * *(const Four *)(b + i + 4);
+  }
+  for (; i < n; i++) rest += a[i] * b[i];
+  sum[0] += sum[1];
+  return ((sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3])) + rest;
+}
+
+/* Computes x -= A f for columns A [n * rank], and their products with the result in dot [rank] unless that is NULL. */
+SLIP_VECTOR static void Subtract(PetscInt n, PetscInt rank, const PetscReal A[], const PetscReal f[],
+                                 PetscReal x[restrict], PetscReal dot[])
+{
+  for (PetscInt r = 0; r < rank && dot; r++) dot[r] = 0;
+  for (PetscInt start = 0; start < n; start += CROSS_TILE) {
+    const PetscInt count = PetscMin(CROSS_TILE, n - start);
+    const PetscReal *a = A + start;
+    PetscReal *to = x + start;
+    PetscInt r = 0;
+
+    for (; r + 4 <= rank; r += 4) {
+      const PetscReal *a0 = a + (size_t)r * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;
+
+      for (PetscInt k = 0; k < count; k++)
+        to[k] -= (f[r] * a0[k] + f[r + 1] * a1[k]) + (f[r + 2] * a2[k] + f[r + 3] * a3[k]);
+    }
+    for (; r < rank; r++)
+      for (PetscInt k = 0; k < count; k++) to[k] -= f[r] * a[(size_t)r * n + k];
+    for (r = 0; r < rank && dot; r++) dot[r] += DotOf(count, a + (size_t)r * n, to);
+  }
+}
+
+SLIP_VECTOR static PetscReal Dot(size_t n, const PetscReal a[], const PetscReal b[])
+{
+  PetscReal sum = 0;
+
+  for (size_t i = 0; i < n; i += CROSS_TILE) sum += DotOf((PetscInt)PetscMin(CROSS_TILE, n - i), a + i, b + i);
+  return sum;
+}
+
+/* Computes the residual's row i in v [n], and its products with V's columns in dot unless that is NULL. *j is its
+   largest entry in magnitude, or one nearly as large in a stored column. */
+static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscReal dot[], PetscInt *j)
 {
   const PetscInt rows = c->tuple[0], columns = c->tuple[1], best = c->at[1] * columns;
 
@@ -43,11 +93,8 @@ static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
     (*c->entries)(c->ctx, c->at[0], 1, 0, c->n / columns, c->known[0]);
   }
   for (PetscInt k = 0; k < c->n; k++) v[k] = c->known[0][k * rows + i % rows];
-  for (PetscInt r = 0; r < c->rank; r++) {
-    const PetscReal f = c->U[(size_t)r * c->m + i], *w = c->V + (size_t)r * c->n;
-
-    for (PetscInt k = 0; k < c->n; k++) v[k] -= f * w[k];
-  }
+  for (PetscInt r = 0; r < c->rank; r++) c->f[r] = c->U[(size_t)r * c->m + i];
+  Subtract(c->n, c->rank, c->V, c->f, v, dot);
   *j = 0;
   for (PetscInt k = 1; k < c->n; k++)
     if (PetscAbsReal(v[k]) > PetscAbsReal(v[*j])) *j = k;
@@ -57,14 +104,6 @@ static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
       *j = k;
       return;
     }
-}
-
-static PetscReal Dot(size_t n, const PetscReal a[], const PetscReal b[])
-{
-  PetscReal sum = 0;
-
-  for (size_t i = 0; i < n; i++) sum += a[i] * b[i];
-  return sum;
 }
 
 static PetscErrorCode Grow(Cross *c)
@@ -79,13 +118,16 @@ static PetscErrorCode Grow(Cross *c)
   PetscCall(PetscArraycpy(V, c->V, (size_t)c->capacity * c->n));
   PetscCall(PetscFree(c->U));
   PetscCall(PetscFree(c->V));
+  PetscCall(PetscFree3(c->f, c->dot[0], c->dot[1]));
   c->U = U;
   c->V = V;
   c->capacity *= 2;
+  PetscCall(PetscMalloc3(c->capacity, &c->f, c->capacity, &c->dot[0], c->capacity, &c->dot[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the cross through row i, whose residual is in V's next column, and column j; *size is the norm of the cross. */
+/* Adds the cross through row i, whose residual is in V's next column and its products in dot[0], and column j; *size
+   is the norm of the cross. */
 static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
 {
   PetscReal *u = c->U + (size_t)c->rank * c->m, *v = c->V + (size_t)c->rank * c->n;
@@ -99,15 +141,11 @@ static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
     (*c->entries)(c->ctx, 0, c->m / c->tuple[0], c->at[1], 1, c->known[1]);
   }
   for (PetscInt k = 0; k < c->m; k++) u[k] = c->known[1][(size_t)(j % columns) * c->m + k];
-  for (PetscInt r = 0; r < c->rank; r++) {
-    const PetscReal f = c->V[(size_t)r * c->n + j], *w = c->U + (size_t)r * c->m;
-
-    for (PetscInt k = 0; k < c->m; k++) u[k] -= f * w[k];
-  }
+  for (PetscInt r = 0; r < c->rank; r++) c->f[r] = c->V[(size_t)r * c->n + j];
+  Subtract(c->m, c->rank, c->U, c->f, u, c->dot[1]);
   u2 = Dot((size_t)c->m, u, u);
   v2 = Dot((size_t)c->n, v, v);
-  for (PetscInt r = 0; r < c->rank; r++)
-    c->norm2 += 2 * Dot((size_t)c->m, u, c->U + (size_t)r * c->m) * Dot((size_t)c->n, v, c->V + (size_t)r * c->n);
+  for (PetscInt r = 0; r < c->rank; r++) c->norm2 += 2 * c->dot[1][r] * (c->dot[0][r] / pivot);
   c->norm2 += u2 * v2;
   c->used[i] = PETSC_TRUE;
   c->rank++;
@@ -137,7 +175,7 @@ static PetscInt WorstRow(Cross *c, PetscReal tolerance, PetscReal v[])
       PetscReal r2;
 
       if (c->used[i]) continue;
-      ResidualRow(c, i, v, &j);
+      ResidualRow(c, i, v, NULL, &j);
       r2 = Dot((size_t)c->n, v, v);
       if (r2 <= worst2) continue;
       worst = i;
@@ -167,7 +205,7 @@ static PetscErrorCode Run(Cross *c, PetscReal tolerance, PetscInt max, PetscBool
       }
       PetscCall(Grow(c));
       v = c->V + (size_t)c->rank * c->n;
-      ResidualRow(c, i, v, &j);
+      ResidualRow(c, i, v, c->dot[0], &j);
       c->used[i] = PETSC_TRUE;
       if (v[j] == 0) continue;
       AddCross(c, i, j, &size);
@@ -242,9 +280,11 @@ PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt r
   PetscCall(PetscMalloc2(rows * n, &c.known[0], columns * m, &c.known[1]));
   PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));
   PetscCall(PetscMalloc1((size_t)c.capacity * n, &c.V));
+  PetscCall(PetscMalloc3(c.capacity, &c.f, c.capacity, &c.dot[0], c.capacity, &c.dot[1]));
   PetscCall(PetscCalloc1(m, &c.used));
   PetscCall(Run(&c, CROSS_SEARCH * tolerance, max, found));
   PetscCall(PetscFree(c.used));
+  PetscCall(PetscFree3(c.f, c.dot[0], c.dot[1]));
   PetscCall(PetscFree2(c.known[0], c.known[1]));
   if (!*found) {
     PetscCall(PetscFree(c.U));

@@ -13,6 +13,7 @@
 #include <slipstep/rooms/slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmathmatrix.h>
 #include <slipstep/private/slipwork.h>
 
@@ -53,16 +54,23 @@ typedef struct {
 /* The data from which an entry of a block is computed */
 typedef struct {
   const SlipCells *cells;
-  PetscReal unit;               /* 0: an entry of normal stress */
-  const PetscInt *row, *column; /* cells of the block's rows and columns */
-  PetscInt rows, columns;       /* numbers for each cell */
+  PetscReal unit;         /* 0: an entry of normal stress */
+  PetscInt rows, columns; /* numbers for each cell */
+  SlipCellsPairs pairs;   /* of the block */
+  /* Of the far blocks of a size, by its logarithm: pairs that the approximations asked for, with those of the full
+     blocks of which there was none, and all pairs. Where the former are more, blocks are computed at once. */
+  struct {
+    PetscReal asked, all;
+  } size[8 * sizeof(PetscInt64)];
+  PetscReal asked; /* for a block */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
 {
-  const EntryContext *e = (const EntryContext *)ctx;
+  EntryContext *e = (EntryContext *)ctx;
 
-  SlipCellsEntries(e->cells, e->unit, m, e->row + i, n, e->column + j, m * e->rows, a);
+  e->asked += (PetscReal)m * (PetscReal)n;
+  SlipCellsPairsEntries(&e->pairs, i, m, j, n, m * e->rows, a);
 }
 
 /* ---- blocks ---- */
@@ -78,7 +86,7 @@ static PetscErrorCode StoreFull(SlipHBlock *k, EntryContext *e, PetscReal share)
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc4(size, &A, size, &rest, (size_t)k->m * most, &U, (size_t)k->n * most, &V));
-  SlipCellsEntries(e->cells, e->unit, k->m / e->rows, e->row, k->n / e->columns, e->column, k->m, A);
+  SlipCellsPairsEntries(&e->pairs, 0, k->m / e->rows, 0, k->n / e->columns, k->m, A);
   PetscCall(PetscArraycpy(rest, A, size));
   if (most) SlipCrossSplit(k->m, k->n, 2 * share / FLT_EPSILON, most, rest, &k->head, U, V, &k->single);
   if (!k->single) k->head = 0;
@@ -102,6 +110,25 @@ typedef struct {
   Sent *sent;
 } Exchange;
 
+/* Approximates a far block by terms U V', if it has fewer numbers so, or computes all of it at once first if that takes
+   less time. */
+static PetscErrorCode Compress(const HMat *h, EntryContext *e, SlipHBlock *k, PetscReal **U, PetscReal **V,
+                               PetscBool *found)
+{
+  const PetscInt m = k->m / h->rows, n = k->n / h->columns;
+  int size = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt64 all = (PetscInt64)m * n; all > 1; all /= 2) size++;
+  if (e->size[size].asked > e->size[size].all) PetscCall(SlipCellsPairsFill(&e->pairs));
+  e->asked = 0;
+  PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
+                                 &k->rank, &k->head, U, V, found));
+  e->size[size].asked += e->asked + (*found ? 0 : (PetscReal)m * (PetscReal)n);
+  e->size[size].all += (PetscReal)m * (PetscReal)n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Adds a block to those of this process. */
 static PetscErrorCode AddBlock(HMat *h, const SlipHBlock *k, const PetscReal U[], const PetscReal V[])
 {
@@ -119,16 +146,15 @@ static PetscErrorCode AddBlock(HMat *h, const SlipHBlock *k, const PetscReal U[]
 static PetscErrorCode BlockCreate(HMat *h, const SlipHPair *pair, PetscInt n, const PetscMPIInt keeper[],
                                   EntryContext *e, Exchange *ex, SlipHBlock *k)
 {
+  const PetscInt *row = h->tree.perm + h->tree.node[pair->a].start,
+                 *column = h->tree.perm + h->tree.node[pair->b].start;
   PetscReal *U = NULL, *V = NULL;
   PetscBool found = PETSC_FALSE;
   SlipHBlock all = *k;
 
   PetscFunctionBegin;
-  e->row = h->tree.perm + h->tree.node[pair->a].start;
-  e->column = h->tree.perm + h->tree.node[pair->b].start;
-  if (pair->low)
-    PetscCall(SlipCrossApproximate(Entries, e, k->m / h->rows, h->rows, k->n / h->columns, h->columns, h->tolerance,
-                                   SlipRankMost(k->m, k->n), &all.rank, &all.head, &U, &V, &found));
+  PetscCall(SlipCellsPairsCreate(e->cells, e->unit, k->m / h->rows, row, k->n / h->columns, column, &e->pairs));
+  if (pair->low) PetscCall(Compress(h, e, &all, &U, &V, &found));
   if (!found) {
     *k = (SlipHBlock){.row = k->row, .column = k->column, .m = k->m, .n = k->n, .rank = -1};
     PetscCall(StoreFull(k, e, h->tolerance * (pair->low ? HMAT_ROUND_FAR : pair->a == pair->b ? 0 : HMAT_ROUND_NEAR)));
@@ -139,6 +165,7 @@ static PetscErrorCode BlockCreate(HMat *h, const SlipHPair *pair, PetscInt n, co
     h->mean_rank += (PetscReal)all.rank;
     h->widest = PetscMax(h->widest, all.rank);
   }
+  PetscCall(SlipCellsPairsDestroy(&e->pairs));
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt first = all.rank * i / n, terms = all.rank * (i + 1) / n - first;
     const PetscReal *u = U + (size_t)first * k->m, *v = V + (size_t)first * k->n;
@@ -389,6 +416,20 @@ static PetscErrorCode Touch(Mat S, const HMat *h, const SlipHPairs *list, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reports the share of the blocks that this process computes before number `done` of the list, by their cost. */
+static PetscErrorCode Report(const HMat *h, const SlipHPairs *list, const SlipHParts *parts, PetscMPIInt rank,
+                             PetscInt done)
+{
+  PetscReal cost[2] = {0, 0}; /* of blocks that are done and of others */
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < list->n; i++)
+    if (parts->keeper[parts->first[i]] == rank)
+      cost[i >= done] += SlipHPairCost(&h->tree, &list->pair[i], h->tolerance);
+  PetscCall(SlipWaitReport(h->whole ? "normal stress by slip" : "stiffness K", cost[0] / (cost[0] + cost[1])));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Creates the blocks of this process, and their exchange. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
@@ -432,7 +473,10 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
                       .m = h->rows * (p->end - p->start),
                       .n = h->columns * (q->end - q->start)};
 
-      if (!receive && keeper[0] == ex.rank) PetscCall(BlockCreate(h, &list.pair[i], n, keeper, &entry, &ex, &k));
+      if (!receive && keeper[0] == ex.rank) {
+        PetscCall(BlockCreate(h, &list.pair[i], n, keeper, &entry, &ex, &k));
+        if (SlipWaitDue()) PetscCall(Report(h, &list, &parts, ex.rank, i + 1));
+      }
       for (PetscInt j = 1; j < n && receive; j++)
         if (keeper[j] == ex.rank) PetscCall(BlockReceive(h, keeper[0], &ex, &k));
     }

@@ -75,7 +75,7 @@ PetscReal SlipHSearched(PetscReal tolerance)
 }
 
 /* Returns the expected storage of a pair's block, in numbers of scalar slip. */
-static PetscReal ExpectedCost(const SlipClusterTree *tree, const SlipHPair *pair, PetscReal tolerance)
+PetscReal SlipHPairCost(const SlipClusterTree *tree, const SlipHPair *pair, PetscReal tolerance)
 {
   const SlipCluster *p = &tree->node[pair->a], *q = &tree->node[pair->b];
   const PetscReal m = (PetscReal)(p->end - p->start), n = (PetscReal)(q->end - q->start);
@@ -93,7 +93,7 @@ PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[])
   PetscCall(SlipHPairsCreate(cells, PETSC_FALSE, &tree, &list));
   PetscCall(PetscArrayzero(cost, cells->n));
   for (PetscInt i = 0; i < list.n; i++) {
-    const PetscReal half = 0.5 * ExpectedCost(&tree, &list.pair[i], HMAT_USUAL);
+    const PetscReal half = 0.5 * SlipHPairCost(&tree, &list.pair[i], HMAT_USUAL);
 
     for (int side = 0; side < 2; side++) {
       const SlipCluster *p = &tree.node[side ? list.pair[i].b : list.pair[i].a];
@@ -216,10 +216,10 @@ PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *l
   PetscCall(CandidatesCreate(tree, owner, size, &c));
   PetscCall(PetscMalloc1(list->n, &kind));
   PetscCall(PetscMalloc1(list->n + 1, &parts->first));
-  for (PetscInt i = 0; i < list->n; i++) mean += ExpectedCost(tree, &list->pair[i], tolerance) / size;
+  for (PetscInt i = 0; i < list->n; i++) mean += SlipHPairCost(tree, &list->pair[i], tolerance) / size;
   parts->first[0] = 0;
   for (PetscInt i = 0; i < list->n; i++) {
-    const PetscReal cost = ExpectedCost(tree, &list->pair[i], tolerance), most = HMAT_DIVIDE * mean;
+    const PetscReal cost = SlipHPairCost(tree, &list->pair[i], tolerance), most = HMAT_DIVIDE * mean;
     PetscInt n = 1;
 
     Find(&c, &list->pair[i]);
@@ -236,7 +236,7 @@ PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *l
       if (kind[i] != pass) continue;
       Find(&c, &list->pair[i]);
       for (PetscInt k = 0; k < n; k++) {
-        const PetscReal cost = ExpectedCost(tree, &list->pair[i], tolerance) / (PetscReal)n;
+        const PetscReal cost = SlipHPairCost(tree, &list->pair[i], tolerance) / (PetscReal)n;
 
         parts->keeper[parts->first[i] + k] = Give(&c, &list->pair[i], cost);
       }

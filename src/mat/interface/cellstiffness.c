@@ -44,6 +44,7 @@ static PetscErrorCode CellMatCreate_Dense(MPI_Comm comm, const SlipCells *c, Pet
   const PetscInt columns = c->kernel.type->components, rows = unit == 0 ? 1 : columns;
   PetscScalar *a;
   PetscInt nlocal, rstart, rend, lda, *cell;
+  SlipCellsPairs pairs;
 
   PetscFunctionBegin;
   (void)tolerance;
@@ -56,13 +57,14 @@ static PetscErrorCode CellMatCreate_Dense(MPI_Comm comm, const SlipCells *c, Pet
   PetscCall(MatDenseGetArrayWrite(*A, &a));
   PetscCall(PetscMalloc1(c->n, &cell));
   for (PetscInt i = 0; i < c->n; i++) cell[i] = SlipCellsAt(c, i);
+  PetscCall(SlipCellsPairsCreate(c, unit, rend - rstart, cell + rstart, c->n, cell, &pairs));
   for (PetscInt j = 0; j < c->n; j++) {
     const PetscInt end = unit == 0 || j < rstart ? rend : PetscMin(j + 1, rend);
 
     if (end > rstart)
-      SlipCellsEntries(c, unit, end - rstart, cell + rstart, 1, cell + j, lda,
-                       (PetscReal *)a + (size_t)j * columns * lda);
+      SlipCellsPairsEntries(&pairs, 0, end - rstart, j, 1, lda, (PetscReal *)a + (size_t)j * columns * lda);
   }
+  PetscCall(SlipCellsPairsDestroy(&pairs));
   PetscCall(PetscFree(cell));
   for (PetscInt j = rows * rstart; j < rows * rend && unit != 0; j++)
     for (PetscInt i = j + 1; i < rows * rend; i++)
@@ -131,7 +133,7 @@ static PetscErrorCode CellMatCreate(MPI_Comm comm, const SlipCells *cells, const
                                     PetscBool normal, Mat *S)
 {
   SlipCells own = *cells;
-  PetscReal *edges = NULL, *directions;
+  PetscReal *edges = NULL, *directions, *numbers;
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
   const char *type = asked;
   PetscBool match = PETSC_FALSE;
@@ -152,9 +154,12 @@ static PetscErrorCode CellMatCreate(MPI_Comm comm, const SlipCells *cells, const
   own.directions = directions;
   if (own.kernel.average && !normal) PetscCall(SlipCellsEdges(&own, &edges));
   own.edges = edges;
+  PetscCall(SlipCellsNumbers(&own, &numbers));
+  own.numbers = numbers;
   PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, normal, S));
   PetscCall(PetscFree(directions));
   PetscCall(PetscFree(edges));
+  PetscCall(PetscFree(numbers));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
   if (normal) PetscFunctionReturn(PETSC_SUCCESS);
