@@ -25,7 +25,6 @@ import numpy as np
 REFERENCE = "1e-10"
 ENERGIES = "elastic_energy", "dissipated_energy", "radiated_energy", "kinetic_energy", "loading_work"
 TILT = 0.02  # by which the normal stress of the thrust rises from its middle to its end
-# A rupture on a curved, dipping fault of 3000 triangles, from a patch, without inertia
 SLIP_WEAKENING = ("-fault_shear_modulus 32e9 -fault_density 2670 -fault_normal_stress 120e6 "
                   "-fault_normal_stress_gradient 0 -fault_friction_law linear_slip_weakening "
                   "-fault_friction_residual 0.525 -fault_friction_drop 0.152 -fault_friction_slip 0.8 "
