@@ -29,8 +29,8 @@ typedef struct {
 } SlipParameter;
 
 /* ---- friction.c: friction laws, and the strength of a stage that follows from them ---- */
-/* How the state of rate-and-state friction evolves: the choices of -fault_state_law, in this order, which the kernels of
-   devices know by number */
+/* How the state of rate-and-state friction evolves: with time or with slip (Ruina 1983), or with slip, and with time at
+   low rates (Kato and Tullis 2001). The choices of -fault_state_law in this order, which kernels of devices use */
 typedef enum { SLIP_STATE_AGING, SLIP_STATE_SLIP, SLIP_STATE_COMPOSITE } SlipStateLaw;
 /* Friction parameters of one cell */
 typedef struct {

@@ -502,8 +502,8 @@ static void composite_steady(void **state)
   assert_true(critical > 0.02 / 0.14 * 1.3);
 }
 
-/* The state after a time at a constant rate, for which this law has no closed form: of second order, so that halving the
-   steps leaves a quarter of the error, to a tenth; and the steady state stays. */
+/* The state after a time at a constant rate, for which this law has no closed form: of second order, so that halving
+   the steps leaves a quarter of the error, to a tenth; and the steady state stays. */
 static void composite_drift(void **state)
 {
   const PetscReal slip = 0.05, one = 1, h = 2e6;

@@ -78,9 +78,7 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_FRICTION_REFERENCE_RATE] = {"friction_reference_rate", 1e-6, "m/s", 0, NONE, OPEN, REAL,
                                      "Reference rate V0 of rate-and-state friction", PROBLEM},
   [FAULT_STATE_CUTOFF_RATE] = {"state_cutoff_rate", 1e-8, "m/s", 0, NONE, OPEN, REAL,
-                               "Cut-off rate V_c of -fault_state_law composite, above which the state does not heal "
-                               "with time",
-                               PROBLEM},
+                               "Rate V_c above which -fault_state_law composite does not heal with time", PROBLEM},
   [FAULT_HEALING_TIME] = {"healing_time", 0, "s", 0, NONE, SHUT, REAL,
                           "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never", PROBLEM},
   [FAULT_INITIAL_TRACTION] = {"initial_traction", 0, "Pa", ANY, NONE, SHUT, REAL,
@@ -130,8 +128,7 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
                                 "Level of deflate compression of /fields, with bytes shuffled; 0: disabled", OUTPUT},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", (PetscReal)NAN, "", 0, 1, OPEN, REAL,
-                            "Relative error of the low-rank blocks of -fault_operator hmat (default: a hundredth of "
-                            "-fault_accuracy, or of -ts_rtol where that is less)",
+                            "Error of blocks of -fault_operator hmat (default from -fault_accuracy, -ts_rtol)",
                             PROBLEM},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                               "Relative error of products with the viscosity of -fault_viscosity lanczos", STEPS},
@@ -164,9 +161,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law",
                           PROBLEM},
   [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|composite|",
-                       "Evolution of the state of rate-and-state friction: aging, with time, or slip (Ruina 1983); or "
-                       "composite, with slip, and with time at rates below state_cutoff_rate (Kato and Tullis 2001)",
-                       PROBLEM},
+                       "Evolution of the state of rate-and-state friction", PROBLEM},
   [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
                     "What answers slip: static, at once, by stiffness and viscosity; or a type of "
                     "SlipElasticRegister()",
@@ -476,9 +471,8 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 /*@C
   SlipFaultGetReal - gets a scalar parameter of the fault
 
-  Not collective. Defaults: thickness is length_x, rate_tolerance 1e-10 m over T*, accuracy 1e-2,
-  normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set, and hmat_tolerance, which SlipFaultSetUp() fixes,
-  follows from accuracy.
+  Not collective. Defaults: thickness is length_x, rate_tolerance 1e-10 m over T*, accuracy 1e-2, hmat_tolerance by it,
+  and normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set.
 
   Input Parameters:
 + fault - the fault
