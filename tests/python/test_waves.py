@@ -47,14 +47,14 @@ class WavesTest(FaultTest):
         np.testing.assert_array_equal(slip, again)
 
     def test_ranks(self):
-        """To rounding: nothing is added up over ranks but what transforms and moments of rows are. A field that did not
-        stay real would mix rows of cells by pairs, which differ with the ranks."""
+        """To rounding, which cells that are about to slide multiply: 4e-12 on one kind of processor, 1e-13 on another.
+        A field that did not stay real would mix rows of cells by pairs, which differ with the ranks."""
         options = ("-fault_output_precision", "double", "-fault_output_time_interval", WHOLE, "-ts_max_time", 1.5,
                    "-fault_output")
         self.tpv3(500, *options, "one.h5")
         self.tpv3(500, *options, "two.h5", ranks=2)
         slip, other = self.last("one.h5")[1], self.last("two.h5")[1]
-        np.testing.assert_allclose(other, slip, rtol=0, atol=1e-13 * np.abs(slip).max())
+        np.testing.assert_allclose(other, slip, rtol=0, atol=1e-10 * np.abs(slip).max())
 
     def test_rate_weakening(self):
         """Before waves from the edges arrive slip has the rate that friction and the impedance balance, (q - residual
