@@ -157,6 +157,9 @@ distance = np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
 for name, factor in (("one.h5", 1), ("same.h5", 1), ("twice.h5", 2)):
     with h5py.File(name, "w") as file:
         file["stiffness"] = factor * np.where(distance, -1e6 / (1 + distance ** 2), 1e7)
+for name, turn in (("field.h5", 1), ("turned.h5", -1)):
+    with h5py.File(name, "w") as file:
+        file["friction_a"] = np.array([[0.01, 0.011], [0.012, 0.013]])[::turn]
 # a checkpoint of an older version of the format
 good = open("grid.state", "rb").read()
 open("older.state", "wb").write(good.replace(b"slipstep-checkpoint 11\n", b"slipstep-checkpoint 10\n", 1))
@@ -168,6 +171,13 @@ mpirun --oversubscribe -n 2 "${file[@]}" -fault_stiffness_file same.h5 -fault_re
   fail "a copy of the stiffness file on 2 ranks: $(cat err.txt)"
 refuses "file.state" "stiffness is of 4 x 4" -- "${file[@]}" -fault_stiffness_file twice.h5 -fault_restart file.state
 refuses "file.state" "stiffness is no" -- "${file[@]}" -fault_restart file.state
+# What the law has chosen may be given, and a number be written in another way; a field whose cells changed places is another.
+smooth=("$fault" -fault_nx 2 -fault_nz 2 "${years[@]}" -ts_max_time 200y)
+"${smooth[@]}" -fault_parameters field.h5 -ts_rtol 1e-3 -ts_max_steps 5 -fault_checkpoint smooth.state >/dev/null
+[ $? = 3 ] || fail "a field"
+"${smooth[@]}" -fault_parameters field.h5 -ts_rtol 0.001 -fault_inertia no -ts_max_steps 6 -fault_restart smooth.state >out.txt 2>err.txt
+[ $? = 3 ] && ! grep -q "goes on with other" err.txt || fail "the same by other words: $(cat err.txt)"
+refuses "smooth.state" "friction_a is 0.01 to 0.013" -- "${smooth[@]}" -fault_parameters turned.h5 -ts_rtol 1e-3 -fault_restart smooth.state
 refuses "older.state" 11 -- "${run[@]}" -fault_restart older.state
 
 # ---- one name for two files, links and what the run makes of names included: refused before anything is written ----
@@ -256,6 +266,7 @@ refuses "s top" "-fault_stop_file" -- "$fault" "${stop[@]}" -fault_restart "a b.
 code=0
 eval "timeout $hang $command -fault_wall_limit 2" >out.txt 2>&1 || code=$?
 [ $code = 152 ] && grep -q "continues from a b.state" out.txt || fail "\"$command\": exit code $code, $(cat out.txt)"
+[ "$(sed -n 's/.*to continue: //p' out.txt | grep -o 'a b.state' | wc -l)" = 2 ] || fail "not one -fault_checkpoint and one -fault_restart: $(cat out.txt)"
 rm -f ./*.part
 refuses "same.h5" "fault_stop_file" -- "$fault" "${slow[@]}" -fault_stop_file same.h5 -fault_output same.h5
 code=0

@@ -125,7 +125,8 @@ class CatalogueTest(FaultTest):
         self.assertTrue(((expected[:, 2] <= events.event["end"]) & (events.event["end"] <= expected[:, 3])).all())
         self.assertTrue((events.event["mean_slip"] > 0).all())
         # what is put in and taken out of an event that has a pause: steps of a pair of order 3, by a trapezoidal rule
-        self.assertLess(np.median(abs(events.event["energy_residual"])), 0.01)
+        # measured 4e-4; 7e-3 without the work of a pause
+        self.assertLess(abs(events.event["energy_residual"]).max(), 1e-3)
         # and on from checkpoints, one of them within a pause
         paused = next(k for k in range(1, len(t)) if v[k - 1] > 3e-4 >= v[k] and v[k] > 3e-5 and v[k + 1] > 3e-5)
         for steps in (paused + 1, paused + 2):
@@ -194,9 +195,9 @@ class CatalogueTest(FaultTest):
         # of second order in the steps, 2.5e-4 by those of the accuracy 1e-2
         self.assertLess(abs(mesh["energy_residual"][0]), 5e-4)
 
-    def rupture(self, kind, rtol):
+    def rupture(self, kind, rtol, *options):
         """Event, times of rupture and /result of an explicit run of friction that sticks"""
-        self.fault(*RUPTURE, "-fault_parameters", "rupture_fields.h5", "-ts_type", kind, "-ts_rtol", rtol,
+        self.fault(*RUPTURE, "-fault_parameters", "rupture_fields.h5", "-ts_type", kind, "-ts_rtol", rtol, *options,
                    "-fault_catalogue", "explicit.h5", "-fault_catalogue_maps",
                    "-fault_output", "explicit_run.h5", "-fault_output_overwrite", "-fault_output_time_interval", 1e9)
         catalogue = Catalogue(self.path("explicit.h5"))
@@ -206,6 +207,18 @@ class CatalogueTest(FaultTest):
                      in catalogue.event.items()}, file["maps/rupture_time"][0], dict(run["result"].attrs)
         os.remove(self.path("explicit.h5"))
         return found
+
+    def speed_of_most(self, speed, times, place):
+        """The line of times over distances has the least sum of absolute errors, of which that of least squares has
+        1.01 times as much."""
+        early = np.exp(-times / (0.1 * times.mean()))[:, None]
+        far = np.linalg.norm(place - (early * place).sum(axis=0) / early.sum(), axis=1)
+
+        def errors(slope):
+            late = times - slope * far
+            return abs(late - np.median(late)).sum()
+
+        self.assertLess(errors(1 / speed), 1.001 * min(map(errors, np.linspace(0, 4 / speed, 4001))))
 
     def test_explicit_steps_of_friction_that_sticks(self):
         """A catalogue costs no product a step, only those of an event's onset, end and row. Bounds are twice what was
@@ -218,6 +231,10 @@ class CatalogueTest(FaultTest):
                   initial_traction=50e6 * np.where(np.hypot(x - 10.5, z - 12.5) < 6, 0.625, 0.56))
         exact, times, _ = self.rupture("adams", 1e-6)
         self.assertTrue((times >= 0).mean() > 0.9 and abs(exact["energy_residual"]) < 1e-5)
+        self.speed_of_most(exact["rupture_speed"], times[times >= 0],
+                           np.stack([x * 20e3 / 42, z * 10e3 / 21], axis=-1)[times >= 0])
+        # states within steps heal: measured 4e-5, and 3e-4 without that
+        self.assertLess(abs(self.rupture("adams", 1e-5, "-fault_healing_time", 0.3)[0]["energy_residual"]), 1e-4)
         for kind, rtol, *bounds in (("rkc", 3e-2, 1e-4, 2.8e-3, 6.8e-3), ("rkc", 3e-3, 2.7e-5, 1.5e-4, 1.5e-3),
                                     ("adams", 1e-3, 1.9e-5, 4e-5, 2e-3), ("rk", 1e-3, 1.4e-5, 7e-5, 3.2e-3)):
             with self.subTest(kind=kind, rtol=rtol):

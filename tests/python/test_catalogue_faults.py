@@ -58,6 +58,12 @@ class Faults(FaultTest):
         self.assertEqual(run.series["moment_rate"].shape, expected.shape)
         self.assertTrue((expected > 0).any(axis=0).all())
         np.testing.assert_allclose(run.series["moment_rate"], expected, rtol=1e-13)  # rounding of twenty terms
+        # moments are those of slip since the start, also where that has displacements
+        self.fault("-fault_mesh", "two.h5", "-ts_max_steps", 1, "-fault_output", "critical.h5", code=3)
+        moment, mean = (Run(self.path("critical.h5")).series[name][0] for name in ("moment", "mean_displacement"))
+        self.assertEqual(moment.shape, (2,))
+        self.assertLess(mean, -1e-3)
+        self.assertLess(abs(moment).max(), 1e-12 * G * area.sum() * abs(mean))
 
     def test_which_faults_there_are(self):
         """Without labels planes are faults, and many of them the parts of one; a grid is one; labels may be many."""

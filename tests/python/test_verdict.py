@@ -226,6 +226,9 @@ class Verdict(Runs):
     def test_unknown(self):
         """What was not calibrated is said to be unknown, with the reason."""
         for options, why in ((["-ts_max_time", "5"], "the fault still slides"),
+                             (["-fault_nx", "4", "-fault_nz", "4", "-fault_stiffness_scaling", "none", "-fault_initial",
+                               "traction", "-fault_initial_traction", "14e6", "-fault_initial_unstable", "-ts_max_time",
+                               "0.2"], "the fault still slides"),  # by TSRKC
                              (["-fault_friction_law", "linear_slip_weakening"], "not calibrated for this friction law"),
                              (["-ts_bathe_error", "none", "-ts_adapt_type", "none", "-ts_dt", "0.3"],
                               "its steps have no error estimates"),

@@ -1,4 +1,4 @@
-/* The norm of the error of TSADAMS' steps is PETSc's, whatever tolerances are given. */
+/* The norm of the error of TSADAMS' steps is PETSc's, whatever tolerances are given; when the order changes. */
 #include "../lotka.h"
 #include "../unit.h"
 #include <slipstep/rooms/slipcore.h>
@@ -69,4 +69,50 @@ static void norms(void **state)
   }
 }
 
-SLIP_TESTS(norms)
+/* ---- orders ---- */
+
+enum { REFUSED = 30, MOST = 36 };
+static PetscInt orders[MOST], attempts; /* of the steps after each attempt */
+
+/* Steps of one length, of which one is refused twice */
+static PetscErrorCode ChooseOrders(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                   PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  assert_true(attempts < MOST);
+  PetscCall(TSEvaluateWLTE(ts, NORM_2, &orders[attempts], wlte));
+  *accept = attempts == REFUSED || attempts == REFUSED + 1 ? PETSC_FALSE : PETSC_TRUE;
+  *next_h = h;
+  *next_sc = 0;
+  *wltea = *wlter = -1;
+  attempts++;
+  return PETSC_SUCCESS;
+}
+
+static PetscErrorCode CreateOrders(TSAdapt adapt)
+{
+  adapt->ops->choose = ChooseOrders;
+  return PETSC_SUCCESS;
+}
+
+/* The order k of smooth short steps rises after k of them, as differences of higher order are of the same one by then.
+   Two refused attempts of a step begin anew, one does not. */
+static void changes(void **state)
+{
+  static const PetscInt rises[] = {2, 3, 3, 3, 4, 4, 4, 4, 5};
+  Vec u;
+  TS ts;
+
+  ok(TSAdaptRegister("orders", CreateOrders));
+  Make(&ts, &u, TSADAMS, 1e-2);
+  SetAdapt(ts, "orders");
+  ok(TSSetMaxSteps(ts, MOST - 2));
+  attempts = 0;
+  ok(TSSolve(ts, u));
+  assert_int_equal(MOST, attempts);
+  assert_memory_equal(orders, rises, sizeof(rises));
+  assert_true(orders[REFUSED] > 3 && orders[REFUSED + 1] > 3);
+  assert_memory_equal(orders + REFUSED + 2, rises, 4 * sizeof(*rises));
+  ObjectsDestroy(&u, &ts);
+}
+
+SLIP_TESTS(norms, changes)

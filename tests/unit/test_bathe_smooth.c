@@ -172,6 +172,35 @@ static void test_estimates_are_third_order(void **state)
   }
 }
 
+/* The norm of a step's estimate e is relative to the larger of both compared solutions, y and y - e, to the twelve bits
+   to which it is rounded. */
+static void test_norm_of_the_error(void **state)
+{
+  PetscInt larger = 0, order; /* of the component that swings, how often y - e is */
+  PetscReal norm;
+  Vec y, e;
+  TS ts = Create(PETSC_FALSE, 0.5, 0.5, 10.5, &y);
+
+  ok(TSSetTolerances(ts, 1e-3, NULL, 0.1, NULL));
+  for (int step = 0; step < 20; step++) {
+    PetscReal sum = 0;
+
+    ok(TSStep(ts));
+    ok(TSBatheGetEstimates(ts, &e, NULL, NULL));
+    for (int i = 0; i < 2; i++) {
+      const PetscReal to = VecRead(y)[i], error = VecRead(e)[i];
+
+      larger += i == 1 && fabs(to - error) > fabs(to);
+      sum += PetscSqr(error / (1e-3 + 0.1 * PetscMax(fabs(to), fabs(to - error)))) / 2;
+    }
+    ok(TSEvaluateWLTE(ts, NORM_2, &order, &norm));
+    AssertNear(norm / sqrt(sum), 1, 1.0 / 4096);
+  }
+  assert_true(larger > 3 && larger < 17);
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&y));
+}
+
 /* In the interior of one step the interpolant is as good as the step: O(h^3), so halving h gains 8 up to its O(h)
    part */
 static void test_interpolation(void **state)
@@ -498,6 +527,6 @@ static void test_pairs(void **state)
   ObjectsDestroy(&ts, &y);
 }
 
-SLIP_TESTS(test_order_two, test_estimates_are_third_order, test_interpolation, test_stiff, test_last_step,
-           test_rollback_and_stages, test_event_and_restart, test_petsc_controllers, test_controller_hooks,
-           test_attempt_monitors, test_pairs)
+SLIP_TESTS(test_order_two, test_estimates_are_third_order, test_norm_of_the_error, test_interpolation, test_stiff,
+           test_last_step, test_rollback_and_stages, test_event_and_restart, test_petsc_controllers,
+           test_controller_hooks, test_attempt_monitors, test_pairs)

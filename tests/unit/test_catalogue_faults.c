@@ -54,9 +54,10 @@ static void Read(SlipH5 *h, const char name[], PetscInt ndim, PetscInt n, PetscR
   ok(PetscFree(x));
 }
 
-/* released: K times the slip of the event [Pa], of the rows */
+/* inertia: with it the first stage is backward, and the event begins between its state and the end of the first step;
+   without it the event begins with the run. released: K times the slip of the event [Pa], of the rows */
 static void Solve(const char mesh[], const char file[], const PetscReal stress[N], const PetscReal traction[N],
-                  PetscReal released[N])
+                  PetscBool inertia, PetscReal released[N])
 {
   PetscInt n, label[FAULTS];
   PetscReal moment[FAULTS], slip[N], *a;
@@ -68,12 +69,14 @@ static void Solve(const char mesh[], const char file[], const PetscReal stress[N
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetStrings(fault, {"mesh", mesh}, {"catalogue", file}, {"friction_law", "constant"}, {"initial", "traction"},
                      {"normal_coupling", "no"}));
-  ok(FaultSetReals(fault, {"friction_residual", residual}, {"event_rate", 1e-4}, {"thickness", 1500}));
+  ok(FaultSetReals(fault, {"friction_residual", residual}, {"event_rate", inertia ? 8e-4 : 1e-4}, {"thickness", 1500}));
   ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
+  ok(SlipFaultSetBool(fault, "inertia", inertia));
   fault->options.catalogue_maps = PETSC_TRUE;
   ok(SlipFaultSetField(fault, "normal_stress", N, stress));
   ok(SlipFaultSetField(fault, "initial_traction", N, traction));
   ok(FaultStart(fault, TSADAPTNONE, 5e-3, 10, &w, &ts));
+  ok(TSBatheSetFirstStage(ts, inertia ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
   ok(SlipFaultGetLabels(fault, FAULTS, &n, label));
   assert_true(n == FAULTS && label[0] == 2 && label[1] == 9);
   assert_int_equal(4, fault->mesh.planes);
@@ -102,13 +105,13 @@ static void Solve(const char mesh[], const char file[], const PetscReal stress[N
   ObjectsDestroy(&w, &ts, &fault);
 }
 
-/* A constant strength mu sigma dissipates mu sigma times slip, as cells slip forward alone, and slip is the integral
+/* A constant strength mu sigma dissipates mu sigma times slip, as cells slip one way alone, and slip is the integral
    of the slip rate by the same nodes and weights; stress falls by K times slip. Both are equal to rounding: measured
-   2e-15 and 6e-16. */
-static void one_event(void **state)
+   2e-15 and 6e-16. Numbers of an event that slips backward are those along its direction. */
+static void Event(PetscReal sign, PetscBool inertia)
 {
   PetscReal label[N], stress[N], traction[N], slip[N], rupture[N], released[N], value[FAULTS], energy[FAULTS], all,
-    onset;
+    onset, largest, direction, most = 0;
   char folder[TEMPDIR_LENGTH], mesh[TEMPDIR_LENGTH + 16], file[TEMPDIR_LENGTH + 16];
   SlipH5 h;
 
@@ -118,10 +121,10 @@ static void one_event(void **state)
   MakeCells(mesh, label);
   for (PetscInt e = 0; e < N; e++) {
     stress[e] = 2e7 + 1e6 * (PetscReal)e;
-    traction[e] =
-      residual * stress[e] + (e == 2 ? -2e6 : 1e6 + 2e5 * (PetscReal)(e % 4)); /* one cell stays, others start */
+    traction[e] = sign * (residual * stress[e] +
+                          (e == 2 ? -2e6 : 1e6 + 2e5 * (PetscReal)(e % 4))); /* one cell stays, others start */
   }
-  Solve(mesh, file, stress, traction, released);
+  Solve(mesh, file, stress, traction, inertia, released);
   ok(SlipH5OpenRead(file, &h));
   Read(&h, "/maps/slip", 2, N, slip);
   Read(&h, "/maps/rupture_time", 2, N, rupture);
@@ -129,6 +132,10 @@ static void one_event(void **state)
   Read(&h, "/dissipated_energy", 1, 1, &all);
   Read(&h, "/fault_dissipated_energy", 2, FAULTS, energy);
   AssertNear((energy[0] + energy[1]) / all, 1, 1e-13);
+  Read(&h, "/direction", 1, 1, &direction);
+  Read(&h, "/max_slip", 1, 1, &largest);
+  for (PetscInt e = 0; e < N; e++) most = PetscMax(most, slip[e]);
+  assert_true(direction == sign && largest == most);
   for (int k = 0; k < FAULTS; k++) {
     PetscReal work = 0, sum = 0, broken = 0, first = PETSC_MAX_REAL, drop = 0;
     PetscInt broke = 0;
@@ -160,6 +167,13 @@ static void one_event(void **state)
   }
   ok(SlipH5Close(&h));
   assert_int_equal(0, TempDirRemove(folder));
+}
+
+static void one_event(void **state)
+{
+  Event(1, PETSC_FALSE);
+  Event(-1, PETSC_FALSE);
+  Event(1, PETSC_TRUE);
 }
 
 SLIP_TESTS(one_event)

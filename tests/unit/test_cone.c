@@ -102,5 +102,20 @@ static void test_finish(void **state)
   assert_true(x[3] == 0.0 && r[3] == 1.0 && x[4] == -7.0); /* and the other way; no bound */
 }
 
+/* Rows that a step would reverse stop, but for those without a bound. Changes of x and g are measured by each row's own
+   rho: 0.5 * 1 + 2 * 9, and 4 / 0.5 + 1 / 2. */
+static void test_turning_and_changes(void **state)
+{
+  const PetscReal q[] = {1.0, 1.0, 0.0, 1.0}, from[] = {1.0, 1.0, 1.0, 0.0}, rho[] = {0.5, 2.0};
+  const PetscReal x[] = {1.0, 2.0}, x1[] = {3.0, 1.0}, g[] = {0.0, 1.0}, g1[] = {1.0, -2.0};
+  PetscReal to[] = {-0.5, 0.5, -0.5, -0.5}, sum[2] = {0.0, 0.0};
+
+  assert_true(SlipConeStopTurning(4, q, from, to));
+  assert_true(to[0] == 0.0 && to[1] == 0.5 && to[2] == -0.5 && to[3] == -0.5);
+  assert_false(SlipConeStopTurning(4, q, from, to));
+  SlipConeChanges(2, x, x1, g, g1, rho, sum);
+  assert_true(sum[0] == 18.5 && sum[1] == 8.5);
+}
+
 SLIP_TESTS(test_projections, test_regions, test_natural_map_is_zero_at_solutions, test_slope_is_the_derivative,
-           test_residual_of_rows_that_slide_backwards, test_finish)
+           test_residual_of_rows_that_slide_backwards, test_finish, test_turning_and_changes)

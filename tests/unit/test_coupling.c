@@ -316,6 +316,16 @@ static void CheckDerivative(SlipFault fault)
   ok(MatCreateVecs(fault->medium->K, &x, &factor));
   ok(VecSet(x, 0.1));
   for (int k = 0; k < 2; k++) ok(VecDuplicate(x, &q[k]));
+  if (ops->start_slope) { /* that of the bound at rest, to the rounding of mu, of which a part weakens over 0.1 m */
+    ok(VecZeroEntries(x));
+    ok((*ops->bound)(fault->stage.con, x, q[0], q[1], fault));
+    ok((*ops->start_slope)(fault->stage.con, factor, fault));
+    for (PetscInt i = 0; i < fault->mesh.N; i++) {
+      AssertLess(VecRead(factor)[i], -1e-8 * theta * SIGMA / 0.1);
+      AssertNear(VecRead(factor)[i], VecRead(q[1])[i], 1e-14 * theta * SIGMA / 0.1);
+    }
+    ok(VecSet(x, 0.1));
+  }
   for (PetscInt j = 0; j < fault->mesh.N; j++) {
     for (int k = 0; k < 2; k++) {
       ok(VecSetValue(x, j, 0.1 + (k ? -h : h), INSERT_VALUES));

@@ -1,7 +1,10 @@
 /* One cell under loading: creep by long steps with both rules of the first stage, the start under a traction against
-   the critical one, and what of a displacement is slip. */
+   the critical one, and what of a displacement is slip; cells that creep at a given rate, and rate-and-state friction
+   that starts backward and under pressure. */
 #include "unit.h"
 #include "faultstart.h"
+#include "tempdir.h"
+#include "record.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <string.h>
@@ -159,4 +162,86 @@ static void loading_is_no_slip(void **state)
   assert_true(fabs(ErrorOf(v_inf, h, 0)) < 1e-12 && fabs(ErrorOf(-v_inf, h, 0)) < 1e-12);
 }
 
-SLIP_TESTS(creep_does_not_toggle, traction_is_critical_start, loading_is_no_slip)
+/* ---- rate-and-state friction ---- */
+
+/* Cells of which the first creeps, implicit by both rules: its rate is the loading rate and its displacement 0, to the
+   bit, and its state, which is not steady, that of the start, while the other one moves. */
+static void creeping_cells(void **state)
+{
+  for (int k = 0; k < 2; k++) {
+    SlipFault fault = Fault("rate_and_state", "rate", 1);
+    const PetscReal creep[] = {1, 0};
+    PetscReal start;
+    TS ts;
+    Vec w;
+
+    ok(FaultSetReals(fault, {"nx", 2}, {"length_x", 2 * side}, {"loading_rate", v_inf}, {"initial_rate", 1e-10},
+                     {"initial_state", 1e7}));
+    ok(SlipFaultSetField(fault, "creep", 2, creep));
+    ok(PetscOptionsSetValue(NULL, "-ts_type", TSBATHE));
+    ok(FaultStart(fault, TSADAPTNONE, 1e5, 1e6, &w, &ts));
+    ok(TSSetFromOptions(ts));
+    ok(PetscOptionsClearValue(NULL, "-ts_type"));
+    ok(TSBatheSetFirstStage(ts, k ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
+    start = VecRead(w)[2];
+    assert_true(VecRead(w)[0] == v_inf);
+    ok(TSSolve(ts, w));
+    assert_true(VecRead(w)[0] == v_inf && VecRead(w)[1] == 0);
+    AssertNear(VecRead(w)[2], start, 1e-13 * start); /* rounding of the weights of stages */
+    assert_true(VecRead(w)[3] != v_inf && VecRead(w)[4] != 0);
+    ObjectsDestroy(&ts, &w, &fault);
+  }
+}
+
+/* The traction that balances a start backward is that of one forward with the other sign. */
+static void starts_backward(void **state)
+{
+  PetscReal traction[2];
+
+  for (int k = 0; k < 2; k++) {
+    SlipFault fault = Fault("rate_and_state", "rate", 1);
+    const PetscReal rate = k ? -1e-10 : 1e-10;
+
+    ok(FaultSetReals(fault, {"loading_rate", 10 * rate}, {"initial_rate", rate}));
+    ok(SlipFaultSetUp(fault));
+    ok(SlipFaultGetField(fault, "initial_traction", 1, &traction[k]));
+    ok(SlipFaultDestroy(&fault));
+  }
+  assert_true(traction[0] > 0.5 * residual * sigma && traction[1] == -traction[0]);
+}
+
+/* Friction and radiation balance the traction under the pressure of each time, to the rounding of stresses. */
+static void balance_under_pressure(void **state)
+{
+  const PetscInt rows = 2, dims[] = {2, 1, 1};
+  const PetscReal times[] = {0, 10}, pressure[] = {0, 0.2 * sigma};
+  SlipFault fault = Fault("rate_and_state", "rate", 1);
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
+  PetscReal G, rho, traction;
+  Vec w;
+
+  assert_int_equal(0, TempDirFile("creep", "record.h5", dir, file));
+  ok(WriteRecord(file, rows, times, 3, dims, pressure));
+  ok(SlipFaultSetString(fault, "pore_pressure", file));
+  ok(FaultSetReals(fault, {"loading_rate", v_inf}, {"initial_rate", v_inf}));
+  ok(FaultSetUpState(fault, &w));
+  ok(SlipFaultGetReal(fault, "shear_modulus", &G));
+  ok(SlipFaultGetReal(fault, "density", &rho));
+  ok(SlipFaultGetField(fault, "initial_traction", 1, &traction));
+  for (PetscReal t = 0; t <= 10; t += 5) {
+    SlipFrictionCells f;
+    PetscReal mu, ds, dv, v;
+
+    ok(SlipFaultRates(fault, t, w, NULL));
+    v = VecRead(fault->balance.rate)[0];
+    ok(SlipFaultGetFriction(fault, t, &f));
+    AssertNear(f.stress[0], sigma * (1 - 0.02 * t), 1e-14 * sigma);
+    SlipFrictionEvaluate(&f, 0, VecRead(w) + 2, v, &mu, &ds, &dv);
+    AssertNear(f.stress[0] * mu + sqrt(G * rho) / 2 * (v - v_inf), traction, 1e-13 * traction);
+  }
+  ObjectsDestroy(&w, &fault);
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+SLIP_TESTS(creep_does_not_toggle, traction_is_critical_start, loading_is_no_slip, creeping_cells, starts_backward,
+           balance_under_pressure)

@@ -444,6 +444,45 @@ static void observations(void **state)
   ObjectsDestroy(&w, &fault);
 }
 
+/* Slip of cells that always slide is that since the start, whatever time of a long run the clock counts from. */
+static void slip_since_the_start(void **state)
+{
+  SlipFault fault = Make(2, 2);
+  SlipFaultObservables o[2];
+  Vec w;
+
+  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
+  ok(SlipFaultSetReal(fault, "loading_rate", 0.25));
+  ok(FaultSetUpState(fault, &w));
+  ok(SlipFaultGetObservables(fault, 5, w, NULL, &o[0]));
+  fault->loads.origin = 3;
+  ok(SlipFaultGetObservables(fault, 2, w, NULL, &o[1]));
+  assert_true(o[0].mean_slip == 1.25 && o[1].mean_slip == 1.25);
+  ObjectsDestroy(&w, &fault);
+}
+
+/* The growth that a policy observes is that of the size of rates, whichever way cells slide; cells at rest have
+   none. */
+static void growth(void **state)
+{
+  const PetscReal v[] = {0.2, -0.3, 0, -0.1}, derivative[] = {1, 2, 4, -8};
+  SlipFault fault = Make(2, 2);
+  Vec w, d;
+
+  ok(FaultSetUpState(fault, &w));
+  ok(VecDuplicate(w, &d));
+  ok(VecZeroEntries(d));
+  for (PetscInt i = 0; i < 4; i++) {
+    ok(VecSetValue(w, 3 * i, v[i], INSERT_VALUES));
+    ok(VecSetValue(d, 3 * i, derivative[i], INSERT_VALUES));
+  }
+  ok(VecAssemble(w));
+  ok(VecAssemble(d));
+  ok(SlipFaultKeepEstimates(fault, w, NULL, d));
+  assert_true(fault->known.estimates.sum[ESTIMATE_GROWTH] == 1 - 2 + 8);
+  ObjectsDestroy(&w, &d, &fault);
+}
+
 /* Vectors for the time of a function: each is another one, they are given back after runs of all sorts, and one more
    than there are is an error. */
 static void work_vectors(void **state)
@@ -480,4 +519,4 @@ static void work_vectors(void **state)
 
 SLIP_TESTS(work_vectors, parameters, mesh_first, two_faults, normal_stress, scaling_and_critical_state,
            elasticity_is_left_alone, field_file, stiffness_file, elimination, stiffness_view, power_balance,
-           observations)
+           observations, slip_since_the_start, growth)

@@ -92,6 +92,35 @@ static void healing(void **state)
   assert_true(fabs(error[0] / error[1] - 2) < 5e-3);
 }
 
+/* The functions of many cells that weaken exponentially, and heal, against those of one: the strength at a stage's end
+   and its derivative, and the rates of slip and state where friction and damping balance. */
+static void healing_of_many(void **state)
+{
+  enum { N = 2 };
+  const PetscReal residual[] = {0.5, 0.6}, drop[] = {0.1, 0.2}, slip[] = {0.05, 0.2}, stress[] = {2, 3},
+                  healing[] = {0.25, 4}, s0[] = {0.02, 0.3}, v[] = {0.1, -0.05}, tau[] = {1.5, -3}, theta = 0.4;
+  const SlipFrictionCells f = {.law = SlipFrictionLaws,
+                               .residual = residual,
+                               .drop = drop,
+                               .slip = slip,
+                               .rate = drop,
+                               .stress = stress,
+                               .healing = healing};
+  PetscReal q[N], dq[N], rate[N], ds[N], other[N];
+
+  SlipFrictionStrength(&f, N, theta, 1, s0, 1, v, q, dq);
+  SlipFrictionBalance(&f, NULL, N, 10, tau, 1, s0, rate, ds);
+  SlipFrictionStateRate(&f, N, 1, s0, 1, rate, other);
+  for (PetscInt i = 0; i < N; i++) {
+    PetscReal mu, dmu_ds, dmu_dv, ds_dv;
+
+    SlipFrictionStage(&f, i, theta, &s0[i], v[i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
+    AssertNear(q[i], stress[i] * mu, 1e-15);
+    AssertNear(dq[i], stress[i] * dmu_ds * ds_dv, 1e-15);
+    assert_true(rate[i] != 0 && ds[i] == other[i]);
+  }
+}
+
 /* What a law remembers of a cell is the same, to the bit, whatever was asked for before. */
 static void remembered(void **state)
 {
@@ -117,4 +146,4 @@ static void remembered(void **state)
   }
 }
 
-SLIP_TESTS(derivatives, values, healing, remembered)
+SLIP_TESTS(derivatives, values, healing, healing_of_many, remembered)

@@ -331,6 +331,7 @@ static void explicit_ruptures(void **state)
               {"-fault_friction_law constant", TSBATHE, 0},
               {"-fault_friction_law rate_weakening", TSBATHE, 0},
               {"-fault_stressing_rate 1", TSBATHE, 0},
+              {"-fault_injection 1500,1500 -fault_injection_pressure 1e6 -fault_injection_diffusivity 1", TSBATHE, 0},
               {"-fault_inertia yes -fault_viscosity sqrtm", TSBATHE, 0}};
 
   for (PetscInt i = 0; i < (PetscInt)PETSC_STATIC_ARRAY_LENGTH(rows); i++)

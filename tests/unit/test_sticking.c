@@ -273,7 +273,75 @@ static void against_bathe(void **state)
   }
 }
 
-/* An event whose loading turns comes to rest: all cells are still */
+/* The traction of a state within an event, loaded fast: each sliding cell's is its strength against its rate, and the
+   powers are those of this traction, to the rounding of stresses */
+static void traction_and_powers(void **state)
+{
+  SlipFault fault = Fault(4, 3, "exponential_slip_weakening", 0.2, (residual + drop) * sigma + 1e5);
+  const PetscReal end = 0.5, *a, *r, *q;
+  PetscReal powers[2][3];
+  Vec w, traction, strength;
+
+  ok(FaultSetReals(fault, {"loading_rate", 1e-2}, {"slip_components", 2}, {"rake", 60}));
+  Run(fault, TSRKC, 1e-2, 0, end, &w);
+  ok((*fault->cell_ops->traction)(fault, end, w, &traction));
+  ok(VecDuplicate(fault->cells, &strength));
+  ok((*fault->cell_ops->strength)(fault, end, w, strength));
+  a = VecRead(w);
+  r = VecRead(traction);
+  q = VecRead(strength);
+  for (int i = 0; i < 12; i++) {
+    const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = hypot(v[0], v[1]);
+
+    assert_true(speed > 0);
+    for (int k = 0; k < 2; k++) AssertNear(r[2 * i + k], -q[i] * v[k] / speed, 1e-12 * q[i]);
+  }
+  for (int k = 0; k < 2; k++) ok(SlipFaultGetPowers(fault, end, w, k ? traction : NULL, powers[k], NULL));
+  for (int k = 0; k < 3; k++) AssertNear(powers[0][k] / powers[1][k], 1, 1e-10);
+  ObjectsDestroy(&strength, &w, &fault);
+}
+
+static const PetscReal loading = 1e-6; /* [m/s] */
+static PetscReal seen[8];              /* times after steps */
+
+static PetscErrorCode See(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
+{
+  assert_true(step < 8 && VecRead(w)[0] == 0);
+  AssertNear(VecRead(w)[1], -loading * t, 1e-15 * loading * t);
+  seen[step] = t;
+  return PETSC_SUCCESS;
+}
+
+/* A fault that rests under loading takes steps to the corners of its record, and to the end. */
+static void rests_to_corners(void **state)
+{
+  const PetscInt rows = 3, dims[] = {3, 1, 1};
+  const PetscReal times[] = {0, 10, 25}, pressure[] = {0, 1e5, 0}, end = 40;
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_FILE];
+  SlipFault fault = Fault(1, 1, "constant", 1, residual * sigma - 2e5);
+  PetscInt steps;
+  TS ts;
+  Vec w;
+
+  assert_int_equal(0, TempDirFile("sticking", "record.h5", dir, file));
+  ok(WriteRecord(file, rows, times, 3, dims, pressure));
+  ok(SlipFaultSetString(fault, "pore_pressure", file));
+  ok(SlipFaultSetReal(fault, "loading_rate", loading));
+  ok(PetscOptionsSetValue(NULL, "-ts_type", TSRKC));
+  ok(FaultStart(fault, NULL, 0, end, &w, &ts));
+  ok(TSSetFromOptions(ts));
+  ok(PetscOptionsClearValue(NULL, "-ts_type"));
+  ok(TSMonitorSet(ts, See, NULL, NULL));
+  ok(TSSolve(ts, w));
+  ok(TSGetStepNumber(ts, &steps));
+  assert_int_equal(3, steps);
+  assert_true(seen[1] == times[1] && seen[2] == times[2] && seen[3] == end);
+  ObjectsDestroy(&ts, &w, &fault);
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* An event whose loading turns comes to rest: all cells are still, and have slipped by their displacement, but for the
+   rounding of both: the end of an event is found at once, and not followed. */
 static void lands(void **state)
 {
   SlipFault fault = Fault(4, 3, "linear_slip_weakening", 0.05, (residual + drop) * sigma + 1e5);
@@ -286,7 +354,9 @@ static void lands(void **state)
   ok(SlipFaultRestTime(NULL, 1e4, w, &rest, fault)); /* 0 where a cell moves */
   a = VecRead(w);
   assert_true(rest > 0 && a[1] > 0.05);
+  for (int i = 0; i < 12; i++) AssertNear(a[3 * i + 2], a[3 * i + 1], 1e-14);
   ObjectsDestroy(&w, &fault);
 }
 
-SLIP_TESTS(formulas, block, starts_and_stops, by_rate, powers, against_bathe, lands)
+SLIP_TESTS(formulas, block, starts_and_stops, by_rate, powers, against_bathe, traction_and_powers, rests_to_corners,
+           lands)
