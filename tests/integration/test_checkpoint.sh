@@ -86,8 +86,8 @@ for end in "0:31:final time of 31 s (-ts_max_time): nothing is left to do" "3:40
   [ $code = "$expected" ] && grep -qF -e "-fault_restart idle.state is at" out.txt && grep -qF -e "$words" out.txt || fail "no step, $options: $code $(cat out.txt err.txt)"
   [ "$(cksum idle*)" = "$sums" ] || fail "no step, $options, and yet files were written: $(cksum idle*)"
 done
-refuses "idle.state is at time 31 s" " 2 s (-ts_max_time" -- "${idle[@]}" -ts_max_time 2
-refuses "idle.state is at time 31 s" " 30 s (-ts_max_time" -- \
+refuses "idle.state is at time 31 s" " 2 s (-ts_max_time)" -- "${idle[@]}" -ts_max_time 2
+refuses "idle.state is at time 31 s" " 30 s (-ts_max_time, which" -- \
   "$fault" "${grid[@]}" -fault_restart idle.state -fault_checkpoint idle.state
 [ "$(cksum idle*)" = "$sums" ] || fail "runs that were refused wrote: $(cksum idle*)"
 # A last step beyond the end, and a wall limit that leaves time for one step alone

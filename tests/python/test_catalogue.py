@@ -352,8 +352,8 @@ class CatalogueTest(FaultTest):
         while rows < 2 and process.poll() is None:
             time.sleep(0.05)
             if os.path.exists(part):
-                with h5py.File(part, "r", swmr=True) as file:
-                    rows = len(file["end"])
+                with h5py.File(part, "r", swmr=True) as file:  # rows that all columns have
+                    rows = min(len(file[name]) for name in whole.event)
         process.kill()
         process.wait()
         killed = Catalogue(part)
