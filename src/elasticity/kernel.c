@@ -189,37 +189,6 @@ static void CellOf(const SlipKernel *k, const SlipCell *c, SlipTriangleCell *cel
   for (int i = 0; i < 9 && c->directions; i++) cell->directions[i] = c->directions[i];
 }
 
-/* Returns whether b is the same cell as a, as is common in a row or column of a stiffness. */
-static PetscBool Same(const SlipCell *a, const SlipCell *b)
-{
-  return a->vertices == b->vertices && a->rake == b->rake ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* Computes many pairs. Consecutive ones with one source are faster: SlipTriangleTractions() compares addresses. */
-static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
-                             PetscReal block[])
-{
-  const PetscInt slips = k->type->components;
-
-  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
-    const PetscInt count = PetscMin(SLIP_LANES, n - first);
-    SlipTriangleCell cell[2 * SLIP_LANES];
-    const SlipTriangleCell *r[SLIP_LANES], *s[SLIP_LANES];
-    PetscReal traction[9 * SLIP_LANES];
-
-    for (PetscInt i = 0; i < count; i++) {
-      const SlipCell *p = receiver + first + i, *q = source + first + i;
-
-      r[i] = i > 0 && Same(p, p - 1) ? r[i - 1] : &cell[2 * i];
-      s[i] = i > 0 && Same(q, q - 1) ? s[i - 1] : &cell[2 * i + 1];
-      if (r[i] == &cell[2 * i]) CellOf(k, p, &cell[2 * i]);
-      if (s[i] == &cell[2 * i + 1]) CellOf(k, q, &cell[2 * i + 1]);
-    }
-    SlipTriangleTractions(k->shear_modulus, k->poisson_ratio, k->full_space, slips, count, r, s, traction);
-    PutBlocks(slips, count, traction, block + (slips > 1 ? 3 * slips : 2) * first);
-  }
-}
-
 static void Cell_Triangle(const SlipKernel *k, const SlipCell *cell, PetscReal numbers[])
 {
   SlipTriangleCell c;
@@ -240,7 +209,13 @@ static void Blocks_Triangle(const SlipKernel *k, PetscBool normal, const PetscRe
 
 static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {
-  Centres_Triangle(k, 1, receiver, source, block);
+  SlipTriangleCell r, s;
+  PetscReal traction[9];
+
+  CellOf(k, receiver, &r);
+  CellOf(k, source, &s);
+  SlipTriangleTractions(k->shear_modulus, k->poisson_ratio, k->full_space, k->type->components, &r, &s, traction);
+  PutBlocks(k->type->components, 1, traction, block);
 }
 
 /* Computes the average, in 2 us without a surface, 4 to 8 us below one, 100 us and more next to the ground. */
@@ -269,7 +244,6 @@ const SlipKernelType SlipKernelTriangle = {
   .normals = 1,
   .centre = Centre_Triangle,
   .average = Average_Triangle,
-  .centres = Centres_Triangle,
   .side = Side_Triangle,
 };
 
@@ -279,7 +253,6 @@ const SlipKernelType SlipKernelTriangleVector = {
   .normals = 1,
   .centre = Centre_Triangle,
   .average = Average_Triangle,
-  .centres = Centres_Triangle,
   .side = Side_Triangle,
 };
 
@@ -288,7 +261,6 @@ const SlipKernelType SlipKernelTriangleOpening = {
   .components = 3,
   .centre = Centre_Triangle,
   .average = Average_Triangle,
-  .centres = Centres_Triangle,
   .side = Side_Triangle,
 };
 
@@ -297,5 +269,5 @@ const SlipKernelLanes *SlipKernelGetLanes(const SlipKernel *kernel)
   static const SlipKernelLanes triangles = {
     .numbers = sizeof(SlipTriangleData) / sizeof(PetscReal), .cell = Cell_Triangle, .blocks = Blocks_Triangle};
 
-  return kernel->type->centres == Centres_Triangle && !kernel->average ? &triangles : NULL;
+  return kernel->type->centre == Centre_Triangle && !kernel->average ? &triangles : NULL;
 }

@@ -199,45 +199,33 @@ PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_spac
 }
 
 /*
-  SlipTriangleTractions - computes the traction [n][slips][3] along the directions of each receiver, at its centroid, by
-  unit slip along the first 1 to 3 directions of its own source: both in the plane, and opening
+  SlipTriangleTractions - computes the traction [slips][3] along the directions of the receiver, at its centroid, by
+  unit slip along the first 1 to 3 directions of the source: both in the plane, and opening
 */
-void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
-                           const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
-                           PetscReal traction[])
+void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
+                           const SlipTriangleCell *receiver, const SlipTriangleCell *source, PetscReal traction[])
 {
-  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
-    const SlipTriangle *all[3][SLIP_LANES], *const *const of[3] = {all[0], all[1], all[2]};
-    PetscReal gradient[3][9 * SLIP_LANES], *const out[3] = {gradient[0], gradient[1], gradient[2]}, stress[6];
-    SlipTriangle lane[3][SLIP_LANES];
-    SlipTrianglePoints p;
+  const SlipTriangle *all[3] = {NULL}, *const *const of[3] = {&all[0], &all[1], &all[2]};
+  PetscReal gradient[3][9], *const out[3] = {gradient[0], gradient[1], gradient[2]}, stress[6];
+  const PetscReal *v = receiver->vertices;
+  const PetscReal at[3] = {(v[0] + v[3] + v[6]) / 3, (v[1] + v[4] + v[7]) / 3, (v[2] + v[5] + v[8]) / 3};
+  SlipTriangle triangle[3];
+  SlipTrianglePoints p;
 
-    p.n = PetscMin(SLIP_LANES, n - first);
-    for (PetscInt k = 0; k < p.n; k++) {
-      const SlipTriangleCell *s = source[first + k];
-      const PetscReal *v = receiver[first + k]->vertices;
-      const PetscReal at[3] = {(v[0] + v[3] + v[6]) / 3, (v[1] + v[4] + v[7]) / 3, (v[2] + v[5] + v[8]) / 3};
-
-      for (PetscInt m = 0; m < slips; m++) {
-        if (k && s == source[first + k - 1]) {
-          all[m][k] = all[m][k - 1];
-          continue;
-        }
-        if (m)
-          lane[m][k] = lane[0][k];
-        else
-          SlipTriangleOf_Private(nu, full_space, s->vertices, s->directions + 6, &lane[0][k]);
-        SlipTriangleSetSlip_Private(&lane[m][k], s->directions + 3 * m);
-        all[m][k] = &lane[m][k];
-      }
-      SlipTrianglePointOf_Private(all[0][k], at, k, &p);
-    }
-    SlipTriangleFields_Private(slips, of, &p, PETSC_TRUE, out);
-    for (PetscInt k = 0; k < p.n; k++)
-      for (PetscInt m = 0; m < slips; m++) {
-        SlipTurnOut(all[m][k]->strike, PETSC_TRUE, gradient[m] + 9 * k);
-        SlipStressOf(G, nu, gradient[m] + 9 * k, stress);
-        SlipStressTraction(1, stress, receiver[first + k]->directions, traction + 3 * (slips * (first + k) + m));
-      }
+  p.n = 1;
+  for (PetscInt m = 0; m < slips; m++) {
+    if (m)
+      triangle[m] = triangle[0];
+    else
+      SlipTriangleOf_Private(nu, full_space, source->vertices, source->directions + 6, &triangle[0]);
+    SlipTriangleSetSlip_Private(&triangle[m], source->directions + 3 * m);
+    all[m] = &triangle[m];
+  }
+  SlipTrianglePointOf_Private(all[0], at, 0, &p);
+  SlipTriangleFields_Private(slips, of, &p, PETSC_TRUE, out);
+  for (PetscInt m = 0; m < slips; m++) {
+    SlipTurnOut(all[m]->strike, PETSC_TRUE, gradient[m]);
+    SlipStressOf(G, nu, gradient[m], stress);
+    SlipStressTraction(1, stress, receiver->directions, traction + 3 * m);
   }
 }

@@ -63,11 +63,20 @@ static const SlipKernelType *TypeOf(PetscBool triangles, PetscBool vectors)
   return triangles ? &SlipKernelTriangle : &SlipKernelDipping;
 }
 
+/* Blocks of pairs, at once where the kernel can */
+static void Blocks(const SlipKernel *kernel, PetscInt size, PetscInt count, const SlipCell receiver[],
+                   const SlipCell source[], PetscReal block[])
+{
+  if (kernel->type->centres)
+    (*kernel->type->centres)(kernel, count, receiver, source, block);
+  else
+    for (PetscInt k = 0; k < count; k++) SlipKernelBlock(kernel, &receiver[k], &source[k], block + size * k);
+}
+
 /* K u, of each component, and Kn u on cell i of slip by 1 m along each component; all cells have one area */
 static void DirectSum(const SlipCells *c, PetscInt i, PetscReal sum[3])
 {
   const PetscInt n = c->kernel.type->components, size = (n + 1) * n;
-  const SlipKernelType *type = TypeOf((PetscBool)(c->vertices != NULL), (PetscBool)(n > 1));
   SlipCell own[AT_ONCE], other[AT_ONCE];
   PetscReal here[6 * AT_ONCE], there[6 * AT_ONCE];
 
@@ -77,8 +86,8 @@ static void DirectSum(const SlipCells *c, PetscInt i, PetscReal sum[3])
     const PetscInt count = PetscMin(AT_ONCE, c->n - first);
 
     for (PetscInt k = 0; k < count; k++) other[k] = CellOf(c, first + k);
-    (*type->centres)(&c->kernel, count, own, other, here);
-    (*type->centres)(&c->kernel, count, other, own, there);
+    Blocks(&c->kernel, size, count, own, other, here);
+    Blocks(&c->kernel, size, count, other, own, there);
     for (PetscInt k = 0; k < count; k++)
       for (PetscInt l = 0; l < n; l++) {
         for (PetscInt m = 0; m < n; m++) sum[m] += 0.5 * (here[size * k + m * n + l] + there[size * k + l * n + m]);

@@ -41,25 +41,6 @@ static void pairs_are_rectangles(void **state)
   assert_true(worst < 1e-11 * most);
 }
 
-/* With directions given and not, in runs of one source, of one receiver, and of neither */
-static void pairs_at_once(void **state)
-{
-  enum { pairs = 53 };
-  const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data), c = TrianglesOf(&rectangles, triangle_data);
-  SlipCell receiver[pairs], source[pairs];
-  PetscReal directions[9 * pairs];
-
-  for (int k = 0; k < pairs; k++) {
-    receiver[k] = CellOf(&c, k < 20 ? 3 : 7 * k % T);
-    source[k] = CellOf(&c, k < 20 ? 5 * k : k < 40 ? 11 : 13 * k % T);
-    if (k % 3 == 0) {
-      SlipPlaneDirections(source[k].rectangle.strike, source[k].rectangle.dip, source[k].rake, directions + 9 * k);
-      source[k].directions = directions + 9 * k;
-    }
-  }
-  AssertPairsAtOnce(&c.kernel, pairs, receiver, source);
-}
-
 /* Entries as they are defined: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)), Kn_ij the normal stress on i by j; to
    rounding of pairs at once */
 static void entries(void **state)
@@ -198,4 +179,4 @@ static void refused(void **state)
   fails(SlipCellsCheck(PETSC_COMM_SELF, &c, "test"), "triangle 105 reaches above the surface: a vertex at depth -1 m");
 }
 
-SLIP_TESTS(pairs_are_rectangles, pairs_at_once, entries, hierarchical, averages, needles, refused)
+SLIP_TESTS(pairs_are_rectangles, entries, hierarchical, averages, needles, refused)

@@ -54,9 +54,9 @@ typedef struct {
   PetscReal vertices[9];   /* each north, east and down [m] */
   PetscReal directions[9]; /* along the rake, across it in the plane, and into the hanging wall */
 } SlipTriangleCell;
-PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
-                                        const SlipTriangleCell *const receiver[],
-                                        const SlipTriangleCell *const source[], PetscReal traction[]);
+PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
+                                        const SlipTriangleCell *receiver, const SlipTriangleCell *source,
+                                        PetscReal traction[]);
 
 /* ---- triangle_loops.c: a triangle as a closed loop around its normal; slips are those of the normal's side, north,
    east and down ---- */

@@ -53,6 +53,7 @@ PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
 /* ---- entries: for c components of slip, blocks [c][c] of a cell's rows and another one's columns ---- */
 
 #define CELLS_AT_ONCE 32 /* two calls of a kernel's function for many pairs */
+#define LANES_FOR_PAIR 3 /* how many pairs in lanes take as long as one by itself */
 
 /* Puts into a, column-major, the symmetric part of the forces of cells with the areas p and q on each other. */
 static void PutShear(const SlipKernelType *t, PetscReal unit, PetscReal p, const PetscReal block[], PetscReal q,
@@ -125,10 +126,10 @@ void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const 
   const PetscInt c = t->components, rows = unit == 0 ? 1 : c, size = (c + t->normals) * c;
   const size_t all = (size_t)m * n;
 
-  SlipWorkAdd(cells->vertices ? SLIP_WORK_TRIANGLE_PAIR
-              : size > 1      ? SLIP_WORK_DIPPING_PAIR
-                              : SLIP_WORK_PAIR,
-              (PetscReal)all);
+  if (cells->vertices)
+    SlipWorkAdd(SLIP_WORK_TRIANGLE_PAIR, LANES_FOR_PAIR * (PetscReal)all);
+  else
+    SlipWorkAdd(size > 1 ? SLIP_WORK_DIPPING_PAIR : SLIP_WORK_PAIR, (PetscReal)all);
   if (cells->kernel.average || !t->centres) {
     EntriesSingly(cells, unit, m, row, n, column, lda, a);
     return;
