@@ -78,6 +78,8 @@ typedef struct {
 typedef struct {
   PetscInt *first;     /* [blocks + 1] */
   PetscMPIInt *keeper; /* the process that stores and applies each; the first one of a block computes the block */
+  PetscInt *start,
+    *block; /* the blocks of process r's parts are block[start[r]] to block[start[r + 1] - 1], by number */
 } SlipHParts;
 PETSC_INTERN PetscErrorCode SlipHPairsCreate(const SlipCells *cells, PetscBool whole, SlipClusterTree *tree,
                                              SlipHPairs *list);

@@ -32,60 +32,42 @@ PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscRe
 {
   const PetscInt N = cells->n, c = cells->kernel.type->components;
   const PetscReal rows = whole ? 1 : (PetscReal)c, columns = (PetscReal)c;
-  PetscInt *place, *change, *next, *part, depth;
   SlipClusterTree tree;
   PetscMPIInt *owner;
   SlipHPairs list;
   SlipHParts parts;
+  PetscInt *place;
 
   PetscFunctionBegin;
   PetscCall(SlipHPairsCreate(cells, whole, &tree, &list));
-  PetscCall(PetscMalloc4(N, &owner, N, &place, N + 1, &change, size + 1, &next));
+  PetscCall(PetscMalloc2(N, &owner, N, &place));
   for (PetscInt i = 0; i < N; i++) place[tree.perm[i]] = i;
   for (PetscInt r = 0, i = 0; r < size; r++)
     for (const PetscInt end = i + count[r]; i < end; i++) owner[place[order[i]]] = (PetscMPIInt)r;
   PetscCall(SlipHPairsAssign(&tree, &list, tolerance, owner, size, &parts));
-  /* sort the parts by process */
-  PetscCall(PetscMalloc1(parts.first[list.n], &part));
-  PetscCall(PetscArrayzero(next, size + 1));
-  for (PetscInt k = 0; k < parts.first[list.n]; k++) next[parts.keeper[k] + 1]++;
-  for (PetscMPIInt r = 0; r < size; r++) next[r + 1] += next[r];
-  for (PetscInt i = 0; i < list.n; i++)
-    for (PetscInt k = parts.first[i]; k < parts.first[i + 1]; k++) part[next[parts.keeper[k]]++] = i;
-  for (PetscInt r = 0, k = 0; r < size; k = next[r], r++) {
+  for (PetscMPIInt r = 0; r < size; r++) {
     SlipCellsForecast *f = &forecast[r];
 
     f->cells = (PetscReal)count[r];
-    f->blocks += (PetscReal)(next[r] - k);
-    for (PetscInt j = k; j < next[r]; j++) {
-      const PetscInt i = part[j];
+    f->blocks += (PetscReal)(parts.start[r + 1] - parts.start[r]);
+    for (PetscInt k = parts.start[r]; k < parts.start[r + 1]; k++) {
+      const PetscInt i = parts.block[k];
 
       AddBlock(&tree, &list.pair[i], (PetscReal)(parts.first[i + 1] - parts.first[i]), (PetscBool)!whole, rows, columns,
                tolerance, f);
     }
     for (int side = 0; side < 2; side++) { /* rows, columns; of a stiffness both are the same */
-      PetscCall(PetscArrayzero(change, N + 1));
-      for (PetscInt j = k; j < next[r]; j++)
-        for (int end = 0; end < 2; end++) {
-          const SlipCluster *p = &tree.node[end ? list.pair[part[j]].b : list.pair[part[j]].a];
+      const PetscReal each = side ? columns : rows;
+      PetscInt n;
 
-          if (whole && end != side) continue;
-          change[p->start]++;
-          change[p->end]--;
-        }
-      depth = 0;
-      for (PetscInt i = 0; i < N; i++) {
-        const PetscReal each = side ? columns : rows;
-
-        depth += change[i];
-        if (!depth) continue;
-        f->touched += each;
-        if (owner[i] != r) f->foreign += each;
-      }
+      PetscCall(
+        SlipHPartsTouch(&tree, &list, &parts, r, (PetscBool)(!whole || !side), (PetscBool)(!whole || side), place, &n));
+      f->touched += each * (PetscReal)n;
+      for (PetscInt i = 0; i < N; i++)
+        if (place[i] >= 0 && owner[i] != r) f->foreign += each;
     }
   }
-  PetscCall(PetscFree(part));
-  PetscCall(PetscFree4(owner, place, change, next));
+  PetscCall(PetscFree2(owner, place));
   PetscCall(SlipHPartsDestroy(&parts));
   PetscCall(PetscFree(list.pair));
   PetscCall(SlipClusterTreeDestroy(&tree));

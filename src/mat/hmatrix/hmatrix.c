@@ -437,7 +437,7 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
     .cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells), .rows = h->rows, .columns = h->columns};
   Exchange ex = {.comm = PetscObjectComm((PetscObject)S)};
   PetscMPIInt *owner;
-  PetscInt mine = 0, sent = 0, *order;
+  PetscInt sent = 0, *order;
   SlipHPairs list;
   SlipHParts parts;
 
@@ -457,11 +457,9 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
     PetscCall(TouchedCreate(h->x.scatter, h->x.n, &h->y));
   }
   for (PetscInt i = 0; i < list.n; i++)
-    for (PetscInt k = parts.first[i]; k < parts.first[i + 1]; k++) {
-      mine += parts.keeper[k] == ex.rank ? 1 : 0;
+    for (PetscInt k = parts.first[i]; k < parts.first[i + 1]; k++)
       sent += parts.keeper[parts.first[i]] == ex.rank && parts.keeper[k] != ex.rank ? 1 : 0;
-    }
-  PetscCall(PetscCalloc1(mine, &h->block));
+  PetscCall(PetscCalloc1(parts.start[ex.rank + 1] - parts.start[ex.rank], &h->block));
   PetscCall(PetscCalloc1(sent, &ex.sent));
   for (int receive = 0; receive < 2; receive++) /* what others wait for first */
     for (PetscInt i = 0; i < list.n; i++) {

@@ -241,6 +241,13 @@ PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const SlipHPairs *l
         parts->keeper[parts->first[i] + k] = Give(&c, &list->pair[i], cost);
       }
     }
+  PetscCall(PetscCalloc1(size + 2, &parts->start));
+  PetscCall(PetscMalloc1(parts->first[list->n], &parts->block));
+  for (PetscInt k = 0; k < parts->first[list->n]; k++) parts->start[parts->keeper[k] + 2]++;
+  for (PetscMPIInt r = 0; r < size; r++) parts->start[r + 2] += parts->start[r + 1];
+  for (PetscInt i = 0; i < list->n; i++)
+    for (PetscInt k = parts->first[i]; k < parts->first[i + 1]; k++)
+      parts->block[parts->start[parts->keeper[k] + 1]++] = i; /* which moves each start to where it belongs */
   PetscCall(PetscFree(kind));
   PetscCall(CandidatesDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -251,6 +258,8 @@ PetscErrorCode SlipHPartsDestroy(SlipHParts *parts)
   PetscFunctionBegin;
   PetscCall(PetscFree(parts->first));
   PetscCall(PetscFree(parts->keeper));
+  PetscCall(PetscFree(parts->start));
+  PetscCall(PetscFree(parts->block));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -264,16 +273,14 @@ PetscErrorCode SlipHPartsTouch(const SlipClusterTree *tree, const SlipHPairs *li
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(N + 1, &change));
-  for (PetscInt i = 0; i < list->n; i++)
-    for (PetscInt k = parts->first[i]; k < parts->first[i + 1]; k++) {
-      if (parts->keeper[k] != rank) continue;
-      for (int side = 0; side < 2; side++) {
-        const SlipCluster *p = &tree->node[side ? list->pair[i].b : list->pair[i].a];
+  for (PetscInt k = parts->start[rank]; k < parts->start[rank + 1]; k++)
+    for (int side = 0; side < 2; side++) {
+      const SlipHPair *pair = &list->pair[parts->block[k]];
+      const SlipCluster *p = &tree->node[side ? pair->b : pair->a];
 
-        if (side ? !columns : !rows) continue;
-        change[p->start]++;
-        change[p->end]--;
-      }
+      if (side ? !columns : !rows) continue;
+      change[p->start]++;
+      change[p->end]--;
     }
   *n = 0;
   for (PetscInt i = 0; i < N; i++) {
