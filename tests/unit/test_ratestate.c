@@ -1,41 +1,14 @@
 /* Rate-and-state friction and the balance of slip rates, against long double arithmetic and against themselves
    backwards. */
-#include "../unit.h"
-#include <slipstep/rooms/slipcore.h>
-#include <math.h>
+#include "../ratestate.h"
 
 #define ETA 4.62444e6 /* [Pa s/m] */
-#define EPS PETSC_MACHINE_EPSILON
-#define CUTOFF 1e-8 /* V_c of the composite law [m/s] */
 
 enum { STATE_LAWS = SLIP_STATE_COMPOSITE + 1 };
-
-static const SlipFrictionLaw *Law(void)
-{
-  const SlipFrictionLaw *law;
-
-  ok(SlipFrictionFind("rate_and_state", &law));
-  assert_non_null(law);
-  return law;
-}
 
 static SlipFriction Parameters(PetscReal a)
 {
   return (SlipFriction){.a = a, .b = 0.03, .slip = 0.14, .reference = 0.6, .reference_rate = 1e-6};
-}
-
-static SlipFrictionCells Cells(const PetscReal a[], const PetscReal b[], const PetscReal f0[], const PetscReal slip[])
-{
-  return (SlipFrictionCells){.law = Law(),
-                             .a = a,
-                             .b = b,
-                             .reference = f0,
-                             .slip = slip,
-                             .residual = f0,
-                             .drop = f0,
-                             .rate = f0,
-                             .reference_rate = 1e-6,
-                             .cutoff_rate = CUTOFF};
 }
 
 /* The formula as it is written, in more digits */

@@ -1,33 +1,5 @@
 /* The composite law of the state of rate-and-state friction: its rate, its steady state and its drift. */
-#include "../unit.h"
-#include <slipstep/rooms/slipcore.h>
-#include <math.h>
-
-#define CUTOFF 1e-8 /* V_c [m/s] */
-#define EPS PETSC_MACHINE_EPSILON
-
-static const SlipFrictionLaw *Law(void)
-{
-  const SlipFrictionLaw *law;
-
-  ok(SlipFrictionFind("rate_and_state", &law));
-  assert_non_null(law);
-  return law;
-}
-
-static SlipFrictionCells Cells(const PetscReal a[], const PetscReal b[], const PetscReal f0[], const PetscReal slip[])
-{
-  return (SlipFrictionCells){.law = Law(),
-                             .a = a,
-                             .b = b,
-                             .reference = f0,
-                             .slip = slip,
-                             .residual = f0,
-                             .drop = f0,
-                             .rate = f0,
-                             .reference_rate = 1e-6,
-                             .cutoff_rate = CUTOFF};
-}
+#include "../ratestate.h"
 
 static const SlipFriction cell = {.b = 0.03,
                                   .slip = 0.14,
