@@ -178,7 +178,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                      "rate-and-state friction, else critical",
                      PROBLEM},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|",
-                      "Storage of the stiffness; auto: fft on grids, dense up to 3000 cells of a mesh, hmat above",
+                      "Storage of the stiffness; auto: fft on grids, dense up to 800 cells of a mesh, hmat above",
                       CONTENT},
   [FAULT_VISCOSITY] =
     {"viscosity", "auto", "|auto|sqrtm|spectral|lanczos|radiation|none|",

@@ -5,8 +5,10 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>
 
-/* Up to this many rows the stiffness is stored densely: its viscosity is then a dense square root as well. */
-#define SLIP_ROWS_DENSE_MAX 3000
+/* Up to this many rows the stiffness is stored densely: its viscosity is then a dense square root as well. A matrix of
+   blocks to 1e-4 takes less time from 450 to 800 rectangles on, and from 600 (with inertia) to 1,800 triangles
+   (ruptures and cycles; whole runs). */
+#define SLIP_ROWS_DENSE_MAX 800
 
 static PetscInt RowsOf(const SlipCells *c)
 {
@@ -293,7 +295,7 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
   component on cell j, S_ij = (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons in MatCreateSlipCellStiffness().
   Its projection on directions in the cells' planes is the scalar stiffness of these rakes.
 
-  "auto" is "dense" up to 3000 rows. Hierarchical storage uses the clusters of the scalar stiffness; a low-rank block
+  "auto" is "dense" up to 800 rows. Hierarchical storage uses the clusters of the scalar stiffness; a low-rank block
   has both components.
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel of one component, or without normal stress where Kn is

@@ -17,7 +17,7 @@ static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
 }
 
 /* Number of rows up to which a hierarchical stiffness has a dense root; above, Lanczos' method applies the root. */
-#define SLIP_ROOT_DENSE_MAX 3000
+#define SLIP_ROOT_DENSE_MAX 800
 /* The same number for averages over the cells of a grid, whose products by transforms are cheaper */
 #define SLIP_ROOT_AVERAGE_MAX 1000
 
