@@ -22,7 +22,7 @@ static void AddBlock(const SlipClusterTree *tree, const SlipHPair *pair, PetscRe
   if (compressed)
     f->entries += SlipHSearched(tolerance) * (m + k) / n;
   else
-    f->entries += all / n + (pair->low ? low : 0);
+    f->entries += all / n;
 }
 
 /* Predicts K, or Kn if whole, for size processes. order [n], count [size]: cells of each process, one after the
