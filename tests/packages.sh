@@ -79,7 +79,7 @@ first_run="cd \$(mktemp -d)
   zcat /usr/share/man/man1/slipstep-fault.1.gz >man.txt
   grep -q fault_nx man.txt"
 developer="$install
-  apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-config cmake make libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev ocl-icd-opencl-dev libopenblas-pthread-dev python3-petsc4py-real man-db
+  apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-config cmake make libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev ocl-icd-opencl-dev libopenblas-pthread-dev python3-petsc4py-real man-db
   cd \$(mktemp -d)
   printf '#include <slipstep.h>\nint main(int c, char **v) { SlipFault f; PetscCall(SlipProgramInitialize(&c, &v, \"mine\", \"\")); PetscCall(SlipStepInitializePackage()); PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &f)); PetscCall(SlipFaultDestroy(&f)); return PetscFinalize(); }\n' >mine.c
   mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep)

@@ -11,7 +11,7 @@ SLIPSTEP_PACKAGES=(build-essential cmake ninja-build pkg-config libfftw3-dev lib
   ocl-icd-opencl-dev libvkfft-dev # for -fault_device, without which all else is built
   python3 python3-h5py python3-numpy python3-matplotlib)
 SLIPSTEP_PETSC_PACKAGES=(libpetsc-real-dev libopenmpi-dev openmpi-bin libhdf5-openmpi-dev libopenblas0-pthread
-  libopenblas-pthread-dev libmetis-dev)
+  libopenblas-pthread-dev)
 SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselves
 
 # What tests need besides, one a line: clang-format 14 where there is one, and petsc4py for Debian's PETSc; with another

@@ -44,8 +44,8 @@ static PetscReal Turn(PetscReal strike)
   return turn > 360 * (1 - PLANE_ROUNDING) ? 0 : turn;
 }
 
-/* Sets mesh->plane and the number of planes. */
-PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
+/* Computes on one process the plane of each cell and the number of planes. */
+static PetscErrorCode Planes(SlipFaultMesh *mesh)
 {
   const SlipCells *c = &mesh->cells;
   PetscReal *distance, far = 0;
@@ -53,7 +53,6 @@ PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
   SlipFaultItem *item;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(c->n, &mesh->plane));
   PetscCall(PetscMalloc3(c->n, &item, c->n, &distance, c->n, &number));
   for (PetscInt i = 0; i < c->n; i++) {
     item[i] = (SlipFaultItem){c->strike ? Turn(c->strike[i]) : 0, 0, i};
@@ -84,6 +83,22 @@ PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets mesh->plane and the number of planes. Collective. */
+PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  PetscCall(SlipSharedMalloc1(mesh->shared, mesh->cells.n, &mesh->plane));
+  if (!rank) ierr = Planes(mesh);
+  PetscCall(SlipErrorBcast(mesh->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&mesh->planes, 1, MPIU_INT, 0, mesh->comm));
+  PetscCall(SlipSharedBcast(mesh->shared, mesh->plane, mesh->cells.n, MPIU_INT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static int CompareLabels(const void *a, const void *b)
 {
   const PetscInt p = *(const PetscInt *)a, q = *(const PetscInt *)b;
@@ -91,28 +106,58 @@ static int CompareLabels(const void *a, const void *b)
   return p < q ? -1 : p > q;
 }
 
+/* Finds on one process the different labels of the cells, ascending: *n of them, labels (PetscFree()). */
+static PetscErrorCode Labels(const SlipFaultMesh *mesh, PetscInt *n, PetscInt **labels)
+{
+  PetscInt *all;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(mesh->N, &all));
+  PetscCall(PetscArraycpy(all, mesh->label, mesh->N));
+  qsort(all, (size_t)mesh->N, sizeof(*all), CompareLabels);
+  *n = 1;
+  for (PetscInt e = 1; e < mesh->N; e++)
+    if (all[e] != all[*n - 1]) all[(*n)++] = all[e];
+  PetscCall(PetscMalloc1(*n, labels));
+  PetscCall(PetscArraycpy(*labels, all, *n));
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets faults, labels and fault of a mesh, and mesh->label if a list has no /fault. Collective. */
 PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o)
 {
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+  PetscInt start, end;
+
   PetscFunctionBegin;
-  if (mesh->label && !mesh->labelled)
-    for (PetscInt e = 0; e < mesh->N; e++) mesh->label[e] = mesh->planes > MESH_MOST_PLANES ? 0 : mesh->plane[e];
   mesh->faults = 1;
-  PetscCall(PetscCalloc1(mesh->label ? mesh->N : 1, &mesh->labels));
-  if (!mesh->label) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscArraycpy(mesh->labels, mesh->label, mesh->N));
-  qsort(mesh->labels, (size_t)mesh->N, sizeof(*mesh->labels), CompareLabels);
-  for (PetscInt e = 1; e < mesh->N; e++)
-    if (mesh->labels[e] != mesh->labels[mesh->faults - 1]) mesh->labels[mesh->faults++] = mesh->labels[e];
+  if (!mesh->label) {
+    PetscCall(PetscCalloc1(1, &mesh->labels));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  SlipSharedSlice(mesh->shared, mesh->label, mesh->N, &start, &end);
+  for (PetscInt e = start; e < end && !mesh->labelled; e++)
+    mesh->label[e] = mesh->planes > MESH_MOST_PLANES ? 0 : mesh->plane[e];
+  PetscCall(SlipSharedReady(mesh->shared));
+  if (!rank) ierr = Labels(mesh, &mesh->faults, &mesh->labels);
+  PetscCall(SlipErrorBcast(mesh->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&mesh->faults, 1, MPIU_INT, 0, mesh->comm));
   PetscCheck(mesh->faults <= MESH_MOST_FAULTS, mesh->comm, PETSC_ERR_FILE_UNEXPECTED,
              "/fault in %s (-%sfault_mesh) has %" PetscInt_FMT " labels, expected at most %d faults", o->file,
              o->prefix, mesh->faults, MESH_MOST_FAULTS);
+  if (rank) PetscCall(PetscMalloc1(mesh->faults, &mesh->labels));
+  PetscCallMPI(MPI_Bcast(mesh->labels, (PetscMPIInt)mesh->faults, MPIU_INT, 0, mesh->comm));
   if (mesh->faults == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(mesh->N, &mesh->fault));
-  for (PetscInt e = 0; e < mesh->N; e++) {
+  PetscCall(SlipSharedMalloc1(mesh->shared, mesh->N, &mesh->fault));
+  SlipSharedSlice(mesh->shared, mesh->fault, mesh->N, &start, &end);
+  for (PetscInt e = start; e < end; e++) {
     const PetscInt *found = bsearch(&mesh->label[e], mesh->labels, (size_t)mesh->faults, sizeof(*found), CompareLabels);
 
     mesh->fault[e] = (PetscInt)(found - mesh->labels);
   }
+  PetscCall(SlipSharedReady(mesh->shared));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

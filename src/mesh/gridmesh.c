@@ -89,16 +89,20 @@ static PetscErrorCode Stiffness_Grid(const SlipFaultMesh *mesh, const SlipFaultS
     PetscReal *column[5];
     SlipCells cells;
 
-    PetscCall(SlipFaultCellsCreate(&s->kernel, mesh->N, 5, &cells, column));
-    for (PetscInt e = 0; e < mesh->N; e++) { /* this kernel's x is along the strike */
+    PetscInt start, end;
+
+    PetscCall(SlipFaultCellsCreate(mesh->shared, &s->kernel, mesh->N, 5, &cells, column));
+    SlipSharedSlice(mesh->shared, column[0], mesh->N, &start, &end);
+    for (PetscInt e = start; e < end; e++) { /* this kernel's x is along the strike */
       const PetscReal value[5] = {((PetscReal)(e % grid.nx) + 0.5) * grid.length_x / grid.nx, 0,
                                   grid.depth_top + ((PetscReal)(e / grid.nx) + 0.5) * grid.length_z / grid.nz,
                                   grid.length_x / grid.nx, grid.length_z / grid.nz};
 
       for (PetscInt k = 0; k < 5; k++) column[k][e] = value[k];
     }
+    PetscCall(SlipSharedReady(mesh->shared));
     PetscCall(MatCreateSlipCellStiffness(mesh->comm, &cells, s->type, s->tolerance, K));
-    PetscCall(SlipCellsDestroy(&cells));
+    PetscCall(SlipSharedFree(mesh->shared, &column[0]));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatCreateSlipStiffness(mesh->comm, &grid, s->type, K));

@@ -5,15 +5,15 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-/* Allocates n cells, whose columns are x, y, z, length, width and, if there are seven, strike and dip; cells->x owns
-   the memory of all. */
-PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscInt columns, SlipCells *cells,
-                                    PetscReal *column[])
+/* Allocates n cells in shared, whose columns are x, y, z, length, width and, if there are seven, strike and dip, one
+   after the other. */
+PetscErrorCode SlipFaultCellsCreate(SlipShared shared, const SlipKernel *kernel, PetscInt n, PetscInt columns,
+                                    SlipCells *cells, PetscReal *column[])
 {
   PetscReal *data;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(columns * (size_t)n, &data));
+  PetscCall(SlipSharedMalloc1(shared, columns * (size_t)n, &data));
   for (PetscInt k = 0; k < columns; k++) column[k] = data + (size_t)k * n;
   *cells = (SlipCells){.n = n, .x = column[0], .y = column[1], .z = column[2], .length = column[3], .width = column[4]};
   if (columns == MESH_COLUMNS) {
@@ -112,7 +112,7 @@ PetscErrorCode SlipFaultCellsShare(SlipFaultMesh *mesh, const char type[])
 {
   PetscFunctionBegin;
   mesh->N = mesh->cells.n;
-  PetscCall(SlipCellsPartition(mesh->comm, &mesh->cells, type, &mesh->order, &mesh->cells.nlocal));
+  PetscCall(SlipCellsPartition(mesh->comm, &mesh->cells, type, mesh->shared, &mesh->order, &mesh->cells.nlocal));
   mesh->cells.order = mesh->order;
   mesh->n = mesh->cells.nlocal;
   mesh->ndim = 1;
@@ -133,16 +133,16 @@ static PetscErrorCode Create_List(SlipFaultMesh *mesh, const SlipFaultMeshOption
   /* broadcast what rank 0 has read: columns, and labels if the file names faults */
   PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
   PetscCallMPI(MPI_Bcast(sizes, 3, MPIU_INT, 0, mesh->comm));
-  PetscCall(SlipFaultCellsCreate(&o->rectangles, sizes[0], sizes[1], &mesh->cells, column));
+  PetscCall(SlipFaultCellsCreate(mesh->shared, &o->rectangles, sizes[0], sizes[1], &mesh->cells, column));
   mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* the option's own check refuses others later */
   for (PetscInt k = 0; k < sizes[1]; k++) {
     for (PetscInt i = 0; !rank && i < file->n; i++) column[k][i] = file->rows[(size_t)i * file->columns + k];
-    PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)sizes[0], MPIU_REAL, 0, mesh->comm));
   }
+  PetscCall(SlipSharedBcast(mesh->shared, column[0], sizes[0] * sizes[1], MPIU_REAL));
   mesh->labelled = sizes[2] ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
+  PetscCall(SlipSharedMalloc1(mesh->shared, sizes[0], &mesh->label));
   if (file->label) PetscCall(PetscArraycpy(mesh->label, file->label, file->n));
-  if (mesh->labelled) PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
+  if (mesh->labelled) PetscCall(SlipSharedBcast(mesh->shared, mesh->label, sizes[0], MPIU_INT));
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", o->file, o->prefix));
   mesh->cells.number = file->number; /* numbers of the file, on the rank that prints errors */
   PetscCall(SlipCellsCheck(mesh->comm, &mesh->cells, source));
@@ -167,28 +167,32 @@ static void Cell_List(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
   if (c->dip) SlipFaultCellDirections(c->strike[row], c->dip[row], cell);
 }
 
-/* Prepares the kernel's cells. data [2 n] has what the kernel needs besides the file's columns or instead of them: x
-   along the strike for vertical planes of one strike, the rakes for all others. */
+/* Prepares the kernel's cells. data [2 n], shared, has what the kernel needs besides the file's columns or instead of
+   them: x along the strike for vertical planes of one strike, the rakes for all others. */
 static PetscErrorCode KernelCells(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, SlipCells *cells,
                                   PetscReal data[])
 {
   const SlipCells *c = &mesh->cells;
   PetscReal along[2], *x = data, *y = data + c->n;
+  PetscInt start, end;
 
   PetscFunctionBegin;
   *cells = *c;
   cells->kernel = s->kernel;
   if (s->dipping) {
-    PetscCall(SlipFaultGatherAll(mesh, s->rake, data));
+    PetscCall(SlipFaultGatherFirst(mesh, s->rake, data));
+    PetscCall(SlipSharedBcast(mesh->shared, data, mesh->N, MPIU_REAL));
     cells->rake = data;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!c->dip) PetscFunctionReturn(PETSC_SUCCESS);
   SlipDegrees(c->strike[0], &along[1], &along[0]);
-  for (PetscInt i = 0; i < c->n; i++) {
+  SlipSharedSlice(mesh->shared, data, c->n, &start, &end);
+  for (PetscInt i = start; i < end; i++) {
     x[i] = along[0] * c->x[i] + along[1] * c->y[i];
     y[i] = along[0] * c->y[i] - along[1] * c->x[i];
   }
+  PetscCall(SlipSharedReady(mesh->shared));
   cells->x = x;
   cells->y = y;
   cells->strike = cells->dip = NULL;
@@ -201,7 +205,7 @@ PetscErrorCode SlipFaultCellsStiffness(const SlipFaultMesh *mesh, const SlipFaul
   PetscReal *data;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(2 * mesh->N, &data));
+  PetscCall(SlipSharedMalloc1(mesh->shared, 2 * mesh->N, &data));
   PetscCall(KernelCells(mesh, s, &cells, data));
   if (s->kernel.type->components > 1)
     PetscCall(MatCreateSlipCellVectorStiffness(mesh->comm, &cells, s->type, s->tolerance, K, Kn));
@@ -209,22 +213,28 @@ PetscErrorCode SlipFaultCellsStiffness(const SlipFaultMesh *mesh, const SlipFaul
     PetscCall(MatCreateSlipCellStiffness(mesh->comm, &cells, s->type, s->tolerance, K));
     if (Kn) PetscCall(MatCreateSlipCellNormalStiffness(mesh->comm, &cells, s->type, s->tolerance, Kn));
   }
-  PetscCall(PetscFree(data));
+  PetscCall(SlipSharedFree(mesh->shared, &data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Predicts K, and if normal Kn, for size processes. */
+/* Predicts K, and if normal Kn, for size processes; the first process computes it. */
 PetscErrorCode SlipFaultCellsForecast(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, PetscBool normal,
                                       PetscMPIInt size, SlipCellsForecast forecast[])
 {
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
   SlipCells cells;
   PetscReal *data;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(2 * mesh->N, &data));
+  PetscCall(SlipSharedMalloc1(mesh->shared, 2 * mesh->N, &data));
   PetscCall(KernelCells(mesh, s, &cells, data));
-  PetscCall(SlipCellsForecasts(&cells, s->type, s->tolerance, normal, size, forecast));
-  PetscCall(PetscFree(data));
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  if (!rank) ierr = SlipCellsForecasts(&cells, s->type, s->tolerance, normal, size, forecast);
+  PetscCall(SlipErrorBcast(mesh->comm, ierr));
+  PetscCallMPI(
+    MPI_Bcast(forecast, (PetscMPIInt)(size * sizeof(*forecast) / sizeof(PetscReal)), MPIU_REAL, 0, mesh->comm));
+  PetscCall(SlipSharedFree(mesh->shared, &data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -17,6 +17,7 @@ PetscErrorCode SlipFaultMeshCreate(const SlipFaultMeshOptions *o, SlipFaultMesh 
     PetscCallMPI(MPI_Bcast(&file.triangles, 1, MPIU_BOOL, 0, o->comm));
   }
   mesh->comm = o->comm;
+  PetscCall(SlipSharedCreate(o->comm, &mesh->shared));
   mesh->kind = !o->file[0] ? &SlipFaultMeshGrid : file.triangles ? &SlipFaultMeshTriangles : &SlipFaultMeshList;
   PetscCall(mesh->kind->create(mesh, o, &file));
   mesh->names = file.names;
@@ -45,15 +46,9 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
 {
   PetscFunctionBegin;
   PetscCall(PetscFree(mesh->weight));
-  PetscCall(PetscFree(mesh->order));
-  PetscCall(PetscFree(mesh->plane));
-  PetscCall(PetscFree(mesh->label));
-  PetscCall(PetscFree(mesh->vertex));
-  PetscCall(PetscFree(mesh->corner));
   PetscCall(PetscFree(mesh->names));
   PetscCall(PetscFree(mesh->labels));
-  PetscCall(PetscFree(mesh->fault));
-  PetscCall(SlipCellsDestroy(&mesh->cells));
+  PetscCall(SlipSharedDestroy(&mesh->shared));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

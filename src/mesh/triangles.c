@@ -36,21 +36,24 @@ static PetscErrorCode Describe(const PetscReal v[9], PetscReal row[MESH_COLUMNS]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills mesh->cells; x owns the memory of all columns and of the vertices [n][3][3] after them. */
+/* Fills mesh->cells; the columns and the vertices [n][3][3] are one array. */
 static PetscErrorCode Fill(SlipFaultMesh *mesh)
 {
   const PetscInt n = mesh->cells.n;
   PetscReal *data, *vertices, row[MESH_COLUMNS] = {0};
+  PetscInt start, end;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1((MESH_COLUMNS + 9) * (size_t)n, &data));
+  PetscCall(SlipSharedMalloc1(mesh->shared, (MESH_COLUMNS + 9) * (size_t)n, &data));
   vertices = data + MESH_COLUMNS * (size_t)n;
-  for (PetscInt i = 0; i < n; i++) {
+  SlipSharedSlice(mesh->shared, data, n, &start, &end);
+  for (PetscInt i = start; i < end; i++) {
     for (PetscInt k = 0; k < 9; k++)
       vertices[9 * (size_t)i + k] = mesh->vertex[3 * (size_t)mesh->corner[3 * i + k / 3] + k % 3];
     PetscCall(Describe(vertices + 9 * (size_t)i, row));
     for (PetscInt k = 0; k < MESH_COLUMNS; k++) data[(size_t)k * n + i] = row[k];
   }
+  PetscCall(SlipSharedReady(mesh->shared));
   mesh->cells = (SlipCells){.n = n,
                             .x = data,
                             .y = data + n,
@@ -106,24 +109,23 @@ static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshO
   PetscCallMPI(MPI_Bcast(sizes, 2, MPIU_INT, 0, mesh->comm));
   mesh->cells.n = sizes[0];
   mesh->npoints = sizes[1];
-  PetscCall(PetscMalloc1(3 * (size_t)mesh->npoints, &mesh->vertex));
-  PetscCall(PetscMalloc1(3 * (size_t)sizes[0], &mesh->corner));
-  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
+  PetscCall(SlipSharedMalloc1(mesh->shared, 3 * (size_t)mesh->npoints, &mesh->vertex));
+  PetscCall(SlipSharedMalloc1(mesh->shared, 3 * (size_t)sizes[0], &mesh->corner));
+  PetscCall(SlipSharedMalloc1(mesh->shared, sizes[0], &mesh->label));
   if (!rank) {
     PetscCall(PetscArraycpy(mesh->vertex, file->vertex, 3 * (size_t)sizes[1]));
     PetscCall(PetscArraycpy(mesh->corner, file->corner, 3 * (size_t)sizes[0]));
     PetscCall(PetscArraycpy(mesh->label, file->label, sizes[0]));
   }
-  PetscCallMPI(MPI_Bcast(mesh->vertex, (PetscMPIInt)(3 * sizes[1]), MPIU_REAL, 0, mesh->comm));
-  PetscCallMPI(MPI_Bcast(mesh->corner, (PetscMPIInt)(3 * sizes[0]), MPIU_INT, 0, mesh->comm));
-  PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
+  PetscCall(SlipSharedBcast(mesh->shared, mesh->vertex, 3 * sizes[1], MPIU_REAL));
+  PetscCall(SlipSharedBcast(mesh->shared, mesh->corner, 3 * sizes[0], MPIU_INT));
+  PetscCall(SlipSharedBcast(mesh->shared, mesh->label, sizes[0], MPIU_INT));
   mesh->labelled = PETSC_TRUE; /* labels are of the file or of its connected pieces */
   PetscCall(Fill(mesh));
   mesh->cells.kernel = o->triangles;
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", o->file, o->prefix));
   mesh->cells.number = file->number;
-  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
-  PetscCall(SlipErrorBcast(mesh->comm, rank ? PETSC_SUCCESS : SlipCellsCheck(PETSC_COMM_SELF, &mesh->cells, source)));
+  PetscCall(SlipCellsCheck(mesh->comm, &mesh->cells, source));
   mesh->cells.number = NULL;
   /* vertical and of one strike, or of both strikes of one plane */
   mesh->dips = PETSC_FALSE;

@@ -1,6 +1,6 @@
-# PETSc, and the libraries that came with it. Two builds of one library in a program end in crashes, so that HDF5, BLAS,
-# FFTW and METIS are those that PETSc was built with, as its file petscvariables records them; what it was built without
-# is looked for on the system. Defines slipstep::petsc, ::hdf5, ::blas, ::fftw, and ::metis where there is one.
+# PETSc, and the libraries that came with it. Two builds of one library in a program end in crashes, so that HDF5, BLAS
+# and FFTW are those that PETSc was built with, as its file petscvariables records them; what it was built without is
+# looked for on the system. Defines slipstep::petsc, ::hdf5, ::blas and ::fftw.
 #
 # Which PETSc: that of PETSC_DIR and PETSC_ARCH (CMake or environment); else the first on PKG_CONFIG_PATH; else the one
 # that pkg-config knows; else Debian's, which keeps a pkg-config file beside each build. A build folder keeps its PETSc.
@@ -213,21 +213,6 @@ if(NOT _libraries MATCHES "fftw3_mpi")
   set(_includes ${FFTW_INCLUDE_DIRS})
 endif()
 slipstep_library(fftw "${_libraries}" "${_includes}")
-
-# METIS, which Debian's PETSc is built without; meshes are cut along their tree of clusters where there is none.
-slipstep_petsc_package(METIS _libraries _includes)
-if(NOT _libraries AND NOT SLIPSTEP_WITHOUT_METIS)
-  find_library(METIS_LIBRARY metis)
-  find_path(METIS_INCLUDE_DIR metis.h)
-  if(METIS_LIBRARY AND METIS_INCLUDE_DIR)
-    set(_libraries ${METIS_LIBRARY})
-    set(_includes ${METIS_INCLUDE_DIR})
-  endif()
-endif()
-option(SLIPSTEP_WITHOUT_METIS "Cut meshes without METIS" OFF)
-if(_libraries AND NOT SLIPSTEP_WITHOUT_METIS)
-  slipstep_library(metis "${_libraries}" "${_includes}")
-endif()
 
 # OpenCL and VkFFT, for -fault_device: a loader of drivers, and a header.
 option(SLIPSTEP_WITHOUT_OPENCL "Build without -fault_device" OFF)

@@ -180,7 +180,7 @@ static PetscErrorCode Run(MPI_Comm comm)
   singly.centres = NULL;
   if (one) cells.kernel.type = &singly;
   PetscCall(PetscTime(&begin));
-  PetscCall(SlipCellsPartition(comm, &cells, "hmat", &order, &cells.nlocal));
+  PetscCall(SlipCellsPartition(comm, &cells, "hmat", NULL, &order, &cells.nlocal));
   cells.order = order;
   PetscCall(PetscTime(&cut));
   if (vectors) { /* all time counts as that of K */

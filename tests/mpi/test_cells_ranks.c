@@ -37,7 +37,7 @@ static PetscErrorCode Run(void)
 }
 
 /* A plane of dip 40 and a vertical one that ends at it from above, each cell with a rake of its own: hierarchical K and
-   Kn of shares as METIS cuts them against dense ones on any number of ranks. */
+   Kn of the shares of processes against dense ones on any number of ranks. */
 static PetscErrorCode Planes(void)
 {
   enum { along = 20, down = 16, upper = 8, all = along * (down + upper) };
@@ -56,7 +56,7 @@ static PetscErrorCode Planes(void)
 
     for (int k = 0; k < 8; k++) column[k][e] = value[k];
   }
-  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &cells, "hmat", &order, &cells.nlocal));
+  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &cells, "hmat", NULL, &order, &cells.nlocal));
   cells.order = order;
   for (int t = 0; t < 2; t++) {
     PetscCall(MatCreateSlipCellStiffness(PETSC_COMM_WORLD, &cells, t ? "hmat" : "dense", 1e-6, &K[t]));
@@ -115,7 +115,7 @@ static PetscErrorCode Forecast(void)
 
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &cells, "hmat", &order, &cells.nlocal));
+  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &cells, "hmat", NULL, &order, &cells.nlocal));
   cells.order = order;
   PetscCall(PetscMalloc1(size, &f));
   for (int k = 0; k < 2; k++) {

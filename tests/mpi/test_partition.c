@@ -143,7 +143,7 @@ static PetscErrorCode Run(void)
   PetscInt *order;
 
   PetscCall(Products(PETSC_COMM_SELF, &c, alone, &omega[0]));
-  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &c, "hmat", &order, &c.nlocal));
+  PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, &c, "hmat", NULL, &order, &c.nlocal));
   c.order = order;
   PetscCall(CheckShares(&c));
   PetscCall(Products(PETSC_COMM_WORLD, &c, mine, &omega[1]));

@@ -1,5 +1,5 @@
 /* Operators of cells, for slip along rakes and as a vector, on several ranks against one process: dense and
-   hierarchical, with shares of METIS and without an order, those of grids, and their distribution. Exit code 0:
+   hierarchical, with shares of equal cost and without an order, those of grids, and their distribution. Exit code 0:
    good. */
 #include "ranks.h"
 #include "cells.h"
@@ -82,7 +82,7 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
   PetscInt *order = NULL, n = cells->n, nlocal = PETSC_DECIDE;
   Mat S[2], Kn[2];
 
-  if (shares) PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, cells, type, &order, &shared.nlocal));
+  if (shares) PetscCall(SlipCellsPartition(PETSC_COMM_WORLD, cells, type, NULL, &order, &shared.nlocal));
   shared.order = order;
   if (shares)
     nlocal = shared.nlocal;

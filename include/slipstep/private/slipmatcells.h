@@ -3,6 +3,7 @@
 #include <slipstep/rooms/slipcells.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcommon.h>
+#include <slipstep/private/slipshared.h>
 
 /* ---- irregular.c ---- */
 /* S_ij of MatCreateSlipCellStiffness() with unit 1 / (2 mean(A)), or with unit 0 the effect of slip on normal stress */
@@ -10,7 +11,7 @@ PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, Petsc
                                    const PetscInt column[], PetscInt lda, PetscReal a[]);
 PETSC_INTERN PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *cells, PetscInt *nlocal);
 PETSC_INTERN SlipCell SlipCellsGet(const SlipCells *cells, PetscInt i);
-PETSC_INTERN PetscErrorCode SlipCellsDirections(const SlipCells *cells, PetscReal **directions);
+PETSC_INTERN PetscErrorCode SlipCellsDirections(const SlipCells *cells, SlipShared shared, PetscReal **directions);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells);              /* x owns the memory of all columns */
 PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* attaches the weights of its rows to S */
@@ -32,7 +33,7 @@ typedef struct {
   PetscReal *one;                /* numbers of one cell in all lanes */
   PetscReal *full;               /* all entries; NULL: not computed at once */
 } SlipCellsPairs;
-PETSC_INTERN PetscErrorCode SlipCellsNumbers(const SlipCells *cells, PetscReal **numbers);
+PETSC_INTERN PetscErrorCode SlipCellsNumbers(const SlipCells *cells, SlipShared shared, PetscReal **numbers);
 PETSC_INTERN PetscErrorCode SlipCellsPairsCreate(const SlipCells *cells, PetscReal unit, PetscInt m,
                                                  const PetscInt row[], PetscInt n, const PetscInt column[],
                                                  SlipCellsPairs *pairs);
@@ -48,8 +49,8 @@ typedef struct {
 } SlipCellKey;
 PETSC_INTERN int SlipCellKeyCompare(const void *a, const void *b); /* for qsort() */
 
-/* ---- edges.c: shared and free edges, for averages over cells; [n][components][components], PetscFree() it ---- */
-PETSC_INTERN PetscErrorCode SlipCellsEdges(const SlipCells *cells, PetscReal **force);
+/* ---- edges.c: shared and free edges, for averages over cells; [n][components][components] ---- */
+PETSC_INTERN PetscErrorCode SlipCellsEdges(const SlipCells *cells, SlipShared shared, PetscReal **force);
 PETSC_INTERN PetscErrorCode SlipTrianglesSides(const SlipCells *cells, PetscReal force[]); /* sides.c, added */
 
 /* ---- clusters.c: a binary tree of cells that are close to each other ---- */

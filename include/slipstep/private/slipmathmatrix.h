@@ -87,15 +87,35 @@ PETSC_INTERN PetscErrorCode SlipHPairsAssign(const SlipClusterTree *tree, const 
                                              const PetscMPIInt owner[], PetscMPIInt size, SlipHParts *parts);
 PETSC_INTERN PetscReal SlipHPairCost(const SlipClusterTree *tree, const SlipHPair *pair, PetscReal tolerance);
 PETSC_INTERN PetscErrorCode SlipHPartsDestroy(SlipHParts *parts);
-PETSC_INTERN PetscErrorCode SlipHPartsTouch(const SlipClusterTree *tree, const SlipHPairs *list,
+/* Runs of consecutive cells of the tree's order that blocks touch */
+typedef struct {
+  PetscInt start, end, place; /* place: number of the first cell among those of all runs */
+} SlipHRun;
+typedef struct {
+  PetscInt n, cells; /* numbers of runs, and of their cells */
+  SlipHRun *run;     /* [n], ascending; PetscFree() */
+} SlipHRuns;
+PETSC_INTERN PetscErrorCode SlipHRunsCreate(const SlipClusterTree *tree, const SlipHPairs *list,
                                             const SlipHParts *parts, PetscMPIInt rank, PetscBool rows,
-                                            PetscBool columns, PetscInt place[], PetscInt *n);
+                                            PetscBool columns, SlipHRuns *runs);
+PETSC_INTERN PetscInt SlipHRunsPlace(const SlipHRuns *runs, PetscInt cell);
 PETSC_INTERN PetscErrorCode SlipHMatCosts(const SlipCells *cells, PetscReal cost[]);
 /* The usual number of terms of a low-rank block, which grows with the square of the logarithm of the tolerance: 13, 28
    and 50 at 1e-4, 1e-6 and 1e-8 (8,000 triangles of a bent fault) */
 PETSC_INTERN PetscReal SlipHRank(PetscReal tolerance);
 /* How many rows and columns of a low-rank block are computed */
 PETSC_INTERN PetscReal SlipHSearched(PetscReal tolerance);
+/* ---- hlayout.c: which process has which blocks; the processes of a machine hold it once ---- */
+typedef struct {
+  SlipShared shared;
+  SlipClusterTree tree;
+  SlipHPairs list;
+  SlipHParts parts;
+  PetscInt *order; /* [N] number among the rows' cells of each cell in the tree's order */
+} SlipHLayout;
+PETSC_INTERN PetscErrorCode SlipHLayoutCreate(MPI_Comm comm, const SlipCells *cells, PetscBool whole,
+                                              PetscReal tolerance, const PetscInt ranges[], SlipHLayout *layout);
+PETSC_INTERN PetscErrorCode SlipHLayoutDestroy(SlipHLayout *layout);
 /* ---- hforecast.c ---- */
 PETSC_INTERN PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscReal tolerance,
                                              PetscMPIInt size, const PetscInt order[], const PetscInt count[],

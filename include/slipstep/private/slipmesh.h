@@ -6,6 +6,7 @@
 #include <slipstep/rooms/slipcore.h>
 #include <slipstep/rooms/sliph5.h>
 #include <slipstep/rooms/slipmat.h>
+#include <slipstep/private/slipshared.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
@@ -86,6 +87,7 @@ typedef struct {
 struct _SlipFaultMesh {
   const SlipFaultMeshKind *kind; /* NULL before SlipFaultMeshCreate() */
   MPI_Comm comm;
+  SlipShared shared;      /* arrays of numbers of all cells, which the processes of a machine hold once */
   PetscInt N, n, start;   /* number of all cells, of this rank; first of this rank */
   PetscInt ndim, dims[2]; /* shape of a number per cell in files: [nz][nx], or [N] */
   PetscInt npoints;       /* corners of all cells; shared ones count once */
@@ -131,8 +133,8 @@ static inline PetscInt SlipFaultMeshRowOf(const SlipFaultMesh *mesh, PetscInt e)
 PETSC_INTERN void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell);
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* gridmesh.c: the uniform grid of the options */
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* list.c: the cells of -fault_mesh */
-PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscInt columns,
-                                                 SlipCells *cells, PetscReal *column[]);
+PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(SlipShared shared, const SlipKernel *kernel, PetscInt n,
+                                                 PetscInt columns, SlipCells *cells, PetscReal *column[]);
 
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshTriangles; /* triangles.c: those of -fault_mesh */
 /* list.c: for any mesh with mesh->cells */
@@ -178,5 +180,8 @@ PETSC_INTERN PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipF
 PETSC_EXTERN PetscErrorCode SlipFaultMeshCreate(const SlipFaultMeshOptions *o, SlipFaultMesh *mesh);
 PETSC_EXTERN PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh);
 PETSC_EXTERN PetscErrorCode SlipFaultGatherCreate(const SlipFaultMesh *mesh, Vec x, VecScatter *scatter, Vec *x0);
-/* Gathers a number for each cell of this process [n] by rows [N] on all; collective. */
+/* Gathers a number for each cell of this process [n] by rows [N] on all, or all to the first; collective. */
 PETSC_INTERN PetscErrorCode SlipFaultGatherAll(const SlipFaultMesh *mesh, const PetscReal local[], PetscReal all[]);
+PETSC_INTERN PetscErrorCode SlipFaultGatherFirst(const SlipFaultMesh *mesh, const PetscReal local[], PetscReal all[]);
+/* Sends numbers of all cells by rows [N], which the first process has, to the owners of the cells [n]; collective. */
+PETSC_INTERN PetscErrorCode SlipFaultScatterFirst(const SlipFaultMesh *mesh, const PetscReal all[], PetscReal local[]);

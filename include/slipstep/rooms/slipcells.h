@@ -2,14 +2,15 @@
 #pragma once
 #include <slipcells.h>
 #include <slipstep/rooms/slipelasticity.h>
+#include <slipstep/rooms/slipsys.h>
 
 /* Raises an error if cells are not finite, have no extent, reach above the surface, overlap or cross. Messages name
    source and count rows from 0. */
 PETSC_EXTERN PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *cells, const char source[]);
-/* Partitions a mesh by METIS into compact parts of equal cost: computes order [n] (free it by PetscFree()) and nlocal,
-   see above, for a stiffness of this type. */
+/* Partitions a mesh into compact parts of equal cost: computes order [n], an array of shared, or if that is NULL one to
+   free by PetscFree(), and nlocal, see above, for a stiffness of this type. */
 PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type,
-                                               PetscInt **order, PetscInt *nlocal);
+                                               SlipShared shared, PetscInt **order, PetscInt *nlocal);
 /* What one of several processes will have of a stiffness */
 typedef struct {
   PetscReal cells, blocks; /* its cells, and its blocks */

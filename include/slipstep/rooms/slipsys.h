@@ -2,6 +2,9 @@
 #pragma once
 #include <slipsys.h>
 
+/* Arrays that the processes of a machine hold once, with their processes: shared.c */
+typedef struct _SlipShared *SlipShared;
+
 PETSC_EXTERN PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const char prefix[],
                                                   const char option[], PetscBool whole, PetscBool *set,
                                                   PetscReal *value);

@@ -135,8 +135,8 @@ static PetscErrorCode SayIt(SlipFault fault, const PetscReal above[], const char
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (help || !fault->options.reports || fault->options.text[FAULT_RESTART][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCall(PetscMalloc1(fault->mesh.N, &all));
-  PetscCall(SlipFaultGatherAll(&fault->mesh, above, all));
+  PetscCall(PetscMalloc1(rank ? 0 : fault->mesh.N, &all));
+  PetscCall(SlipFaultGatherFirst(&fault->mesh, above, all));
   if (!rank) ierr = OutsideOfPatch(&fault->mesh, all, &outside);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(PetscFree(all));

@@ -43,44 +43,53 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: reads data [field][N] from the open file, and finds which fields it has. */
-static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
+/* On rank 0: reads values [N] (PetscFree()) of a field from the open file, and checks them. */
+static PetscErrorCode SlipFaultReadField(SlipFault fault, SlipH5 *h, PetscInt f, PetscReal **values)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  const char *names = SlipFaultFieldNames();
-  const SlipParameter *p;
+  const SlipParameter *p = SlipFaultFieldRow(f);
   char path[64], source[PETSC_MAX_PATH_LEN + 64];
-  PetscInt found = 0;
+  PetscInt dims[2];
+  PetscBool flg;
 
   PetscFunctionBegin;
   (void)snprintf(source, sizeof(source), "%s%s", h->name, h->source);
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", p->name));
+  PetscCall(SlipH5CheckUnits(h, path, p->unit, &flg));
+  PetscCall(SlipH5ReadRealSized(h, path, mesh->ndim, mesh->dims,
+                                mesh->ndim == 1 ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, values));
+  PetscCall(SlipFaultCheckField(fault, source, f, *values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On rank 0: finds which fields the open file has. */
+static PetscErrorCode SlipFaultFindFields(SlipH5 *h, PetscInt has[])
+{
+  const char *names = SlipFaultFieldNames();
+  const SlipParameter *p;
+  PetscInt found = 0;
+
+  PetscFunctionBegin;
   PetscCall(SlipH5CheckNames(h, names));
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
-    PetscInt dims[2];
-    PetscReal *read;
+    char path[64];
     PetscBool flg;
 
     PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", p->name));
     PetscCall(SlipH5Has(h, path, &flg));
     has[f] = flg ? 1 : 0;
-    if (!flg) continue;
-    found++;
-    PetscCall(SlipH5CheckUnits(h, path, p->unit, &flg));
-    PetscCall(SlipH5ReadRealSized(h, path, mesh->ndim, mesh->dims,
-                                  mesh->ndim == 1 ? "one for each cell of -fault_mesh" : "Nz x Nx", dims, &read));
-    PetscCall(SlipFaultCheckField(fault, source, f, read));
-    PetscCall(PetscArraycpy(data + (size_t)f * fault->mesh.N, read, fault->mesh.N));
-    PetscCall(PetscFree(read));
+    found += has[f];
   }
-  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds none of the fields %s", source, names);
+  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s%s holds none of the fields %s", h->name, h->source,
+             names);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Loads the fields of -fault_parameters, which rank 0 reads. */
+/* Loads the fields of -fault_parameters: rank 0 reads one after the other and sends it to the owners of the cells. */
 static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 {
-  SlipH5 h;
-  PetscReal *data;
+  SlipH5 h = {0};
+  PetscReal *values;
   PetscInt has[FAULT_MAX_FIELDS] = {0}, nfields = FAULT_NUM_FIELDS;
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
@@ -88,26 +97,24 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   while (SlipFaultFieldRow(nfields)) nfields++;
-  PetscCall(PetscMalloc1((size_t)fault->mesh.N * nfields, &data));
-  if (!rank) {
+  if (!rank)
     ierr = SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_parameters", fault->options.text[FAULT_PARAMETERS], &h);
-    if (!ierr) {
-      ierr = SlipFaultReadFields(fault, &h, data, has);
-      PetscCall(SlipH5Close(&h));
-    }
-  }
-  ierr = SlipErrorBcast(fault->comm, ierr);
-  if (ierr) PetscCall(PetscFree(data));
-  PetscCall(ierr);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  if (!rank) ierr = SlipFaultFindFields(&h, has);
+  if (ierr) (void)SlipH5Close(&h);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCallMPI(MPI_Bcast(has, (PetscMPIInt)nfields, MPIU_INT, 0, fault->comm));
   for (PetscInt f = 0; f < nfields; f++) {
-    PetscReal *values = data + (size_t)f * fault->mesh.N;
-
     if (!has[f]) continue;
-    PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)fault->mesh.N, MPIU_REAL, 0, fault->comm));
-    SlipFaultTakeField(fault, f, fault->options.text[FAULT_PARAMETERS], values);
+    values = NULL;
+    if (!rank) ierr = SlipFaultReadField(fault, &h, f, &values);
+    if (ierr) (void)SlipH5Close(&h);
+    PetscCall(SlipErrorBcast(fault->comm, ierr));
+    PetscCall(SlipFaultScatterFirst(&fault->mesh, values, fault->fields.cell[f]));
+    PetscCall(PetscFree(values));
+    fault->fields.source[f] = fault->options.text[FAULT_PARAMETERS];
   }
-  PetscCall(PetscFree(data));
+  if (!rank) PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -311,14 +311,14 @@ static void TryClusters(Search *s, PetscInt a, PetscInt b)
   }
 }
 
-/* Refuses a mesh for which no stiffness can be computed. comm: communicator of the error messages; source: their
-   source, for messages. Cells may touch along edges, at any angle, and the edge of one may end inside of another one,
+/* Refuses a mesh for which no stiffness can be computed, on the first process of comm. source: the source of the cells,
+   for messages. Cells may touch along edges, at any angle, and the edge of one may end inside of another one,
    as where faults branch. Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (numbered from 0, or by cells->number)
    with numbers that are not finite, extents that are not positive, strikes outside of [-360, 360] and dips outside of
    (0, 90] degrees, of triangles [0, 180], cells above the surface, pairs of rows that overlap on one plane or cross;
    PETSC_ERR_ARG_INCOMP for a kernel of triangles without vertices and one of rectangles with them; those of
    SlipKernelCheck(). */
-PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char source[])
+static PetscErrorCode Check(const SlipCells *c, const char source[])
 {
   static const SlipKernelType *const ofRectangles[] = {&SlipKernelStrikeSlip, &SlipKernelDipping,
                                                        &SlipKernelDippingVector, &SlipKernelDippingOpening};
@@ -332,16 +332,16 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
   PetscBool cross;
 
   PetscFunctionBegin;
-  PetscCheck(c->n > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: a mesh needs at least one cell, not %" PetscInt_FMT, source,
-             c->n);
-  PetscCall(SlipKernelCheck(comm, &c->kernel));
+  PetscCheck(c->n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s: a mesh needs at least one cell, not %" PetscInt_FMT, source, c->n);
+  PetscCall(SlipKernelCheck(PETSC_COMM_SELF, &c->kernel));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ofRectangles) && c->vertices; k++)
     other = (PetscBool)(other || type == ofRectangles[k]);
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ofTriangles) && !c->vertices; k++)
     other = (PetscBool)(other || type == ofTriangles[k]);
-  PetscCheck(!other, comm, PETSC_ERR_ARG_INCOMP, "%s: kernel \"%s\" with %s, expected one for them", source, type->name,
-             c->vertices ? "triangles" : "rectangles");
-  for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(comm, c, i, source));
+  PetscCheck(!other, PETSC_COMM_SELF, PETSC_ERR_ARG_INCOMP, "%s: kernel \"%s\" with %s, expected one for them", source,
+             type->name, c->vertices ? "triangles" : "rectangles");
+  for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(PETSC_COMM_SELF, c, i, source));
   PetscCall(PetscMalloc1(6 * (size_t)c->n, &s.box));
   for (PetscInt i = 0; i < c->n; i++) {
     SlipCellsBox(c, i, s.box + 6 * (size_t)i);
@@ -356,10 +356,21 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
   cross = s.cross;
   if (rows[0] < 0) PetscFunctionReturn(PETSC_SUCCESS);
   for (int k = 0; k < 2; k++) rows[k] = CellNumber(c, rows[k]);
-  PetscCheck(cross, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: %s %" PetscInt_FMT " and %" PetscInt_FMT " overlap", source,
-             words, rows[0], rows[1]);
-  SETERRQ(comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(cross, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "%s: %s %" PetscInt_FMT " and %" PetscInt_FMT " overlap",
+             source, words, rows[0], rows[1]);
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
           "%s: %s %" PetscInt_FMT " and %" PetscInt_FMT
           " cross: planes that cross must be cut at their line of intersection, so that cells end there",
           source, words, rows[0], rows[1]);
+}
+
+/* Collective */
+PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char source[])
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(SlipErrorBcast(comm, rank ? PETSC_SUCCESS : Check(c, source)));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -94,8 +94,8 @@ static PetscErrorCode AddEdges(const View *w, PetscReal force[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes force [n][components][components], each cell's force on itself by its own edges; PetscFree() frees it. */
-PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
+/* Computes force [n][components][components], each cell's force on itself by its own edges. */
+static PetscErrorCode Edges(const SlipCells *c, PetscReal **force)
 {
   const View strike = {c, c->x, c->length, c->z, c->width, PETSC_FALSE};
   const View depth = {c, c->z, c->width, c->x, c->length, PETSC_TRUE};
@@ -109,5 +109,14 @@ PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
   if (!c->kernel.type->edge) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AddEdges(&strike, *force));
   PetscCall(AddEdges(&depth, *force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective */
+PetscErrorCode SlipCellsEdges(const SlipCells *c, SlipShared shared, PetscReal **force)
+{
+  PetscFunctionBegin;
+  if (SlipSharedFirst(shared)) PetscCall(Edges(c, force));
+  PetscCall(SlipSharedMove(shared, sizeof(PetscReal) * (size_t)c->n * PetscSqr(c->kernel.type->components), force));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

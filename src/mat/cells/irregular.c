@@ -35,18 +35,22 @@ SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
 }
 
 /* Computes directions [n][3][3] of triangles once, because all n^2 entries need them; for vectors they are along
-   strike. They are NULL for rectangles, whose kernels take angles. PetscFree() frees them. */
-PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
+   strike. They are NULL for rectangles, whose kernels take angles. Collective. */
+PetscErrorCode SlipCellsDirections(const SlipCells *c, SlipShared shared, PetscReal **directions)
 {
   const PetscReal *rake = c->kernel.type->components > 1 ? NULL : c->rake;
+
+  PetscInt start, end;
 
   PetscFunctionBegin;
   *directions = NULL;
   if (!c->vertices) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(9 * (size_t)c->n, directions));
-  for (PetscInt i = 0; i < c->n; i++)
+  PetscCall(SlipSharedMalloc1(shared, 9 * (size_t)c->n, directions));
+  SlipSharedSlice(shared, *directions, c->n, &start, &end);
+  for (PetscInt i = start; i < end; i++)
     SlipPlaneDirections(c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90, rake ? rake[i] : 0,
                         *directions + 9 * (size_t)i);
+  PetscCall(SlipSharedReady(shared));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

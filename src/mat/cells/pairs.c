@@ -7,20 +7,23 @@
 #include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipwork.h>
 
-/* Computes the numbers of all cells for kernels of lanes, else NULL. PetscFree() frees them. */
-PetscErrorCode SlipCellsNumbers(const SlipCells *cells, PetscReal **numbers)
+/* Computes the numbers of all cells for kernels of lanes, else NULL. Collective. */
+PetscErrorCode SlipCellsNumbers(const SlipCells *cells, SlipShared shared, PetscReal **numbers)
 {
   const SlipKernelLanes *lanes = SlipKernelGetLanes(&cells->kernel);
+  PetscInt start, end;
 
   PetscFunctionBegin;
   *numbers = NULL;
   if (!lanes) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1((size_t)lanes->numbers * cells->n, numbers));
-  for (PetscInt i = 0; i < cells->n; i++) {
+  PetscCall(SlipSharedMalloc1(shared, (size_t)lanes->numbers * cells->n, numbers));
+  SlipSharedSlice(shared, *numbers, cells->n, &start, &end);
+  for (PetscInt i = start; i < end; i++) {
     const SlipCell cell = SlipCellsGet(cells, i);
 
     (*lanes->cell)(&cells->kernel, &cell, *numbers + (size_t)lanes->numbers * i);
   }
+  PetscCall(SlipSharedReady(shared));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

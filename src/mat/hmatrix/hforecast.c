@@ -58,13 +58,15 @@ PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscRe
     }
     for (int side = 0; side < 2; side++) { /* rows, columns; of a stiffness both are the same */
       const PetscReal each = side ? columns : rows;
-      PetscInt n;
+      SlipHRuns runs;
 
       PetscCall(
-        SlipHPartsTouch(&tree, &list, &parts, r, (PetscBool)(!whole || !side), (PetscBool)(!whole || side), place, &n));
-      f->touched += each * (PetscReal)n;
-      for (PetscInt i = 0; i < N; i++)
-        if (place[i] >= 0 && owner[i] != r) f->foreign += each;
+        SlipHRunsCreate(&tree, &list, &parts, r, (PetscBool)(!whole || !side), (PetscBool)(!whole || side), &runs));
+      f->touched += each * (PetscReal)runs.cells;
+      for (PetscInt k = 0; k < runs.n; k++)
+        for (PetscInt i = runs.run[k].start; i < runs.run[k].end; i++)
+          if (owner[i] != r) f->foreign += each;
+      PetscCall(PetscFree(runs.run));
     }
   }
   PetscCall(PetscFree2(owner, place));

@@ -33,14 +33,13 @@ typedef struct {
 } Touched;
 
 typedef struct {
-  SlipClusterTree tree; /* on several processes only until all blocks are there */
+  SlipHLayout layout; /* on several processes only until all blocks are there */
   PetscReal scale, tolerance;
   PetscBool whole;        /* matrix of normal stress: no block is the transpose of another */
   PetscInt N, nblocks;    /* numbers of cells, and of blocks of this process */
   PetscInt rows, columns; /* numbers for each cell */
   SlipHBlock *block;
   PetscMPIInt size;
-  PetscInt *order; /* on one process: [N] number among the rows' cells of each cell in the tree's order */
   Touched x, y;
   Vec diagonal;                /* diagonal without the scale */
   PetscReal *t;                /* work of products */
@@ -106,7 +105,7 @@ typedef struct {
 typedef struct {
   MPI_Comm comm;
   PetscMPIInt rank, tag;
-  PetscInt nsent, *row, *column; /* places of cells of the tree's order among those that this process' blocks touch */
+  PetscInt nsent;
   Sent *sent;
 } Exchange;
 
@@ -146,8 +145,8 @@ static PetscErrorCode AddBlock(HMat *h, const SlipHBlock *k, const PetscReal U[]
 static PetscErrorCode BlockCreate(HMat *h, const SlipHPair *pair, PetscInt n, const PetscMPIInt keeper[],
                                   EntryContext *e, Exchange *ex, SlipHBlock *k)
 {
-  const PetscInt *row = h->tree.perm + h->tree.node[pair->a].start,
-                 *column = h->tree.perm + h->tree.node[pair->b].start;
+  const PetscInt *row = h->layout.tree.perm + h->layout.tree.node[pair->a].start,
+                 *column = h->layout.tree.perm + h->layout.tree.node[pair->b].start;
   PetscReal *U = NULL, *V = NULL;
   PetscBool found = PETSC_FALSE;
   SlipHBlock all = *k;
@@ -273,14 +272,14 @@ static PetscErrorCode HMatDevice(Mat S, PetscBool use, PetscReal *bytes)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
   {
-    const SlipHShape shape = {.tree = &h->tree,
+    const SlipHShape shape = {.tree = &h->layout.tree,
                               .N = h->N,
                               .rows = h->rows,
                               .columns = h->columns,
                               .whole = h->whole,
                               .nblocks = h->nblocks,
                               .block = h->block,
-                              .order = h->order};
+                              .order = h->layout.order};
 
     if (use)
       PetscCall(SlipHDeviceCreate(&shape, &h->device));
@@ -358,56 +357,33 @@ static PetscErrorCode HMatDestroy(Mat S)
   PetscCall(PetscFree(h->block));
   PetscCall(TouchedDestroy(&h->x));
   PetscCall(TouchedDestroy(&h->y));
-  PetscCall(PetscFree(h->order));
   PetscCall(PetscFree(h->t));
   PetscCall(VecDestroy(&h->diagonal));
-  PetscCall(SlipClusterTreeDestroy(&h->tree));
+  PetscCall(SlipHLayoutDestroy(&h->layout));
   PetscCall(PetscFree(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes for each cell of the tree's order its number among the rows' cells, order [N], and the process that owns its
-   rows, owner [N]. */
-static PetscErrorCode FindRows(Mat S, const HMat *h, const SlipCells *cells, PetscInt order[], PetscMPIInt owner[])
+/* Creates the exchange of the cells that the blocks touch, of rows, of columns or of both. runs: these cells */
+static PetscErrorCode Touch(Mat S, const HMat *h, PetscBool rows, PetscBool columns, SlipHRuns *runs, Touched *t)
 {
-  const PetscInt *ranges;
-  PetscMPIInt rank = 0;
-  PetscInt *row;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetOwnershipRanges(S, &ranges));
-  PetscCall(PetscMalloc1(h->N, &row));
-  for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
-  for (PetscInt i = 0; i < h->N; i++) {
-    order[i] = row[h->tree.perm[i]];
-    while (h->rows * order[i] < ranges[rank]) rank--;
-    while (h->rows * order[i] >= ranges[rank + 1]) rank++;
-    owner[i] = rank;
-  }
-  PetscCall(PetscFree(row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates the exchange of the cells that the blocks touch, of rows, of columns or of both. place [N]: theirs among
-   those cells */
-static PetscErrorCode Touch(Mat S, const HMat *h, const SlipHPairs *list, const SlipHParts *parts,
-                            const PetscInt order[], PetscBool rows, PetscBool columns, PetscInt place[], Touched *t)
-{
+  const SlipHLayout *l = &h->layout;
   const PetscInt each = columns ? h->columns : h->rows;
   PetscMPIInt rank;
-  PetscInt n, *row;
+  PetscInt *row;
   Vec right, left;
   IS from;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)S), &rank));
-  PetscCall(SlipHPartsTouch(&h->tree, list, parts, rank, rows, columns, place, &n));
-  PetscCall(PetscMalloc1(n, &row));
-  for (PetscInt i = 0; i < h->N; i++)
-    if (place[i] >= 0) row[place[i]] = order[i];
+  PetscCall(SlipHRunsCreate(&l->tree, &l->list, &l->parts, rank, rows, columns, runs));
+  PetscCall(PetscMalloc1(runs->cells, &row));
+  for (PetscInt k = 0; k < runs->n; k++)
+    PetscCall(
+      PetscArraycpy(row + runs->run[k].place, l->order + runs->run[k].start, runs->run[k].end - runs->run[k].start));
   PetscCall(MatCreateVecs(S, &right, &left));
-  PetscCall(TouchedCreate(NULL, each * n, t));
-  PetscCall(ISCreateBlock(PETSC_COMM_SELF, each, n, row, PETSC_COPY_VALUES, &from));
+  PetscCall(TouchedCreate(NULL, each * runs->cells, t));
+  PetscCall(ISCreateBlock(PETSC_COMM_SELF, each, runs->cells, row, PETSC_COPY_VALUES, &from));
   PetscCall(VecScatterCreate(columns ? right : left, from, t->vec, NULL, &t->scatter));
   PetscCall(ISDestroy(&from));
   PetscCall(VecDestroy(&right));
@@ -416,16 +392,19 @@ static PetscErrorCode Touch(Mat S, const HMat *h, const SlipHPairs *list, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reports the share of the blocks that this process computes before number `done` of the list, by their cost. */
-static PetscErrorCode Report(const HMat *h, const SlipHPairs *list, const SlipHParts *parts, PetscMPIInt rank,
-                             PetscInt done)
+/* Reports the share of the blocks that this process computes before number `done` of its parts, by their cost. */
+static PetscErrorCode Report(const HMat *h, PetscMPIInt rank, PetscInt done)
 {
+  const SlipHLayout *l = &h->layout;
   PetscReal cost[2] = {0, 0}; /* of blocks that are done and of others */
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < list->n; i++)
-    if (parts->keeper[parts->first[i]] == rank)
-      cost[i >= done] += SlipHPairCost(&h->tree, &list->pair[i], h->tolerance);
+  for (PetscInt k = l->parts.start[rank]; k < l->parts.start[rank + 1]; k++) {
+    const PetscInt i = l->parts.block[k];
+
+    if (l->parts.keeper[l->parts.first[i]] == rank)
+      cost[k >= done] += SlipHPairCost(&l->tree, &l->list.pair[i], h->tolerance);
+  }
   PetscCall(SlipWaitReport(h->whole ? "normal stress by slip" : "stiffness K", cost[0] / (cost[0] + cost[1])));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -436,63 +415,60 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
   EntryContext entry = {
     .cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells), .rows = h->rows, .columns = h->columns};
   Exchange ex = {.comm = PetscObjectComm((PetscObject)S)};
-  PetscMPIInt *owner;
-  PetscInt sent = 0, *order;
-  SlipHPairs list;
-  SlipHParts parts;
+  const SlipHLayout *l = &h->layout;
+  const SlipHParts *parts = &l->parts;
+  const PetscInt *ranges;
+  PetscInt sent = 0, start, end, *first;
+  SlipHRuns rows, columns;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(ex.comm, &ex.rank));
   PetscCall(PetscObjectGetNewTag((PetscObject)S, &ex.tag));
-  PetscCall(SlipHPairsCreate(cells, h->whole, &h->tree, &list));
-  PetscCall(PetscMalloc3(h->N, &owner, h->N, &ex.row, h->N, &ex.column));
-  PetscCall(PetscMalloc1(h->N, &order));
-  PetscCall(FindRows(S, h, cells, order, owner));
-  PetscCall(SlipHPairsAssign(&h->tree, &list, h->tolerance, owner, h->size, &parts));
-  PetscCall(Touch(S, h, &list, &parts, order, (PetscBool)!h->whole, PETSC_TRUE, ex.column, &h->x));
+  PetscCall(MatGetOwnershipRanges(S, &ranges));
+  PetscCall(PetscMalloc1(h->size + 1, &first));
+  for (PetscMPIInt r = 0; r <= h->size; r++) first[r] = ranges[r] / h->rows;
+  PetscCall(SlipHLayoutCreate(ex.comm, cells, h->whole, h->tolerance, first, &h->layout));
+  PetscCall(PetscFree(first));
+  PetscCall(Touch(S, h, (PetscBool)!h->whole, PETSC_TRUE, &columns, &h->x));
+  rows = columns;
   if (h->whole)
-    PetscCall(Touch(S, h, &list, &parts, order, PETSC_TRUE, PETSC_FALSE, ex.row, &h->y));
-  else {
-    PetscCall(PetscArraycpy(ex.row, ex.column, h->N));
+    PetscCall(Touch(S, h, PETSC_TRUE, PETSC_FALSE, &rows, &h->y));
+  else
     PetscCall(TouchedCreate(h->x.scatter, h->x.n, &h->y));
+  start = parts->start[ex.rank];
+  end = parts->start[ex.rank + 1];
+  for (PetscInt k = start; k < end; k++) {
+    const PetscInt i = parts->block[k];
+
+    sent += parts->keeper[parts->first[i]] == ex.rank ? parts->first[i + 1] - parts->first[i] - 1 : 0;
   }
-  for (PetscInt i = 0; i < list.n; i++)
-    for (PetscInt k = parts.first[i]; k < parts.first[i + 1]; k++)
-      sent += parts.keeper[parts.first[i]] == ex.rank && parts.keeper[k] != ex.rank ? 1 : 0;
-  PetscCall(PetscCalloc1(parts.start[ex.rank + 1] - parts.start[ex.rank], &h->block));
+  PetscCall(PetscCalloc1(end - start, &h->block));
   PetscCall(PetscCalloc1(sent, &ex.sent));
   for (int receive = 0; receive < 2; receive++) /* what others wait for first */
-    for (PetscInt i = 0; i < list.n; i++) {
-      const SlipCluster *p = &h->tree.node[list.pair[i].a], *q = &h->tree.node[list.pair[i].b];
-      const PetscInt first = parts.first[i], n = parts.first[i + 1] - first;
-      const PetscMPIInt *keeper = parts.keeper + first;
-      SlipHBlock k = {.row = h->rows * ex.row[p->start],
-                      .column = h->columns * ex.column[q->start],
-                      .m = h->rows * (p->end - p->start),
-                      .n = h->columns * (q->end - q->start)};
+    for (PetscInt k = start; k < end; k++) {
+      const PetscInt i = parts->block[k];
+      const SlipHPair *pair = &l->list.pair[i];
+      const SlipCluster *p = &l->tree.node[pair->a], *q = &l->tree.node[pair->b];
+      const PetscMPIInt *keeper = parts->keeper + parts->first[i];
+      SlipHBlock block = {.row = h->rows * SlipHRunsPlace(&rows, p->start),
+                          .column = h->columns * SlipHRunsPlace(&columns, q->start),
+                          .m = h->rows * (p->end - p->start),
+                          .n = h->columns * (q->end - q->start)};
 
-      if (!receive && keeper[0] == ex.rank) {
-        PetscCall(BlockCreate(h, &list.pair[i], n, keeper, &entry, &ex, &k));
-        if (SlipWaitDue()) PetscCall(Report(h, &list, &parts, ex.rank, i + 1));
-      }
-      for (PetscInt j = 1; j < n && receive; j++)
-        if (keeper[j] == ex.rank) PetscCall(BlockReceive(h, keeper[0], &ex, &k));
+      if (receive && keeper[0] != ex.rank) PetscCall(BlockReceive(h, keeper[0], &ex, &block));
+      if (receive || keeper[0] != ex.rank) continue;
+      PetscCall(BlockCreate(h, pair, parts->first[i + 1] - parts->first[i], keeper, &entry, &ex, &block));
+      if (SlipWaitDue()) PetscCall(Report(h, ex.rank, k + 1));
     }
   for (PetscInt i = 0; i < ex.nsent; i++) {
     PetscCallMPI(MPI_Wait(&ex.sent[i].request, MPI_STATUS_IGNORE));
     PetscCall(PetscFree(ex.sent[i].data));
   }
-  h->total = list.n;
-  if (h->size == 1)
-    h->order = order;
-  else {
-    PetscCall(PetscFree(order));
-    PetscCall(SlipClusterTreeDestroy(&h->tree));
-  }
   PetscCall(PetscFree(ex.sent));
-  PetscCall(PetscFree3(owner, ex.row, ex.column));
-  PetscCall(SlipHPartsDestroy(&parts));
-  PetscCall(PetscFree(list.pair));
+  h->total = l->list.n;
+  PetscCall(PetscFree(columns.run));
+  if (h->whole) PetscCall(PetscFree(rows.run));
+  if (h->size > 1) PetscCall(SlipHLayoutDestroy(&h->layout));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

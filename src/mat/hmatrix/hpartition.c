@@ -263,30 +263,59 @@ PetscErrorCode SlipHPartsDestroy(SlipHParts *parts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers the cells that a process' blocks touch, in the tree's order: of rows or of columns, or of both. place [N]: of
-   each cell, from 0 on, or -1; *n: how many there are. */
-PetscErrorCode SlipHPartsTouch(const SlipClusterTree *tree, const SlipHPairs *list, const SlipHParts *parts,
-                               PetscMPIInt rank, PetscBool rows, PetscBool columns, PetscInt place[], PetscInt *n)
+static int CompareRuns(const void *a, const void *b)
 {
-  const PetscInt N = tree->node[0].end;
-  PetscInt depth = 0, *change;
+  const SlipHRun *p = (const SlipHRun *)a, *q = (const SlipHRun *)b;
+
+  return (p->start > q->start) - (p->start < q->start);
+}
+
+/* Finds the runs of cells, of the tree's order, that a process' blocks touch: of rows or of columns, or of both. */
+PetscErrorCode SlipHRunsCreate(const SlipClusterTree *tree, const SlipHPairs *list, const SlipHParts *parts,
+                               PetscMPIInt rank, PetscBool rows, PetscBool columns, SlipHRuns *runs)
+{
+  const PetscInt first = parts->start[rank], blocks = parts->start[rank + 1] - first;
+  PetscInt all = 0, n = 0, place = 0;
+  SlipHRun *run;
 
   PetscFunctionBegin;
-  PetscCall(PetscCalloc1(N + 1, &change));
-  for (PetscInt k = parts->start[rank]; k < parts->start[rank + 1]; k++)
+  PetscCall(PetscMalloc1(2 * blocks + 1, &run));
+  for (PetscInt k = first; k < first + blocks; k++)
     for (int side = 0; side < 2; side++) {
       const SlipHPair *pair = &list->pair[parts->block[k]];
       const SlipCluster *p = &tree->node[side ? pair->b : pair->a];
 
-      if (side ? !columns : !rows) continue;
-      change[p->start]++;
-      change[p->end]--;
+      if (side ? columns : rows) run[all++] = (SlipHRun){p->start, p->end, 0};
     }
-  *n = 0;
-  for (PetscInt i = 0; i < N; i++) {
-    depth += change[i];
-    place[i] = depth ? (*n)++ : -1;
+  qsort(run, (size_t)all, sizeof(*run), CompareRuns);
+  for (PetscInt k = 0; k < all; k++)
+    if (n && run[k].start <= run[n - 1].end)
+      run[n - 1].end = PetscMax(run[n - 1].end, run[k].end);
+    else
+      run[n++] = run[k];
+  for (PetscInt k = 0; k < n; k++) {
+    run[k].place = place;
+    place += run[k].end - run[k].start;
   }
-  PetscCall(PetscFree(change));
+  *runs = (SlipHRuns){.n = n, .cells = place};
+  PetscCall(PetscMalloc1(n, &runs->run));
+  PetscCall(PetscArraycpy(runs->run, run, n));
+  PetscCall(PetscFree(run));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the number of a cell of the tree's order among those of the runs, of which it is one. */
+PetscInt SlipHRunsPlace(const SlipHRuns *runs, PetscInt cell)
+{
+  PetscInt low = 0, top = runs->n - 1;
+
+  while (low < top) {
+    const PetscInt middle = (low + top + 1) / 2;
+
+    if (runs->run[middle].start <= cell)
+      low = middle;
+    else
+      top = middle - 1;
+  }
+  return runs->run[low].place + cell - runs->run[low].start;
 }

@@ -135,6 +135,7 @@ static PetscErrorCode CellMatCreate(MPI_Comm comm, const SlipCells *cells, const
                                     PetscBool normal, Mat *S)
 {
   SlipCells own = *cells;
+  SlipShared shared;
   PetscReal *edges = NULL, *directions, *numbers;
   const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipCellTypes);
   const char *type = asked;
@@ -152,16 +153,15 @@ static PetscErrorCode CellMatCreate(MPI_Comm comm, const SlipCells *cells, const
   PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "The stiffness of an irregular mesh cannot be of type \"%s\"; known: dense, hmat, auto", type);
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipCellsDirections(cells, &directions));
+  PetscCall(SlipSharedCreate(comm, &shared));
+  PetscCall(SlipCellsDirections(cells, shared, &directions));
   own.directions = directions;
-  if (own.kernel.average && !normal) PetscCall(SlipCellsEdges(&own, &edges));
+  if (own.kernel.average && !normal) PetscCall(SlipCellsEdges(&own, shared, &edges));
   own.edges = edges;
-  PetscCall(SlipCellsNumbers(&own, &numbers));
+  PetscCall(SlipCellsNumbers(&own, shared, &numbers));
   own.numbers = numbers;
   PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, normal, S));
-  PetscCall(PetscFree(directions));
-  PetscCall(PetscFree(edges));
-  PetscCall(PetscFree(numbers));
+  PetscCall(SlipSharedDestroy(&shared));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
   if (normal) PetscFunctionReturn(PETSC_SUCCESS);
