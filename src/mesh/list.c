@@ -232,8 +232,8 @@ PetscErrorCode SlipFaultCellsForecast(const SlipFaultMesh *mesh, const SlipFault
   PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
   if (!rank) ierr = SlipCellsForecasts(&cells, s->type, s->tolerance, normal, size, forecast);
   PetscCall(SlipErrorBcast(mesh->comm, ierr));
-  PetscCallMPI(
-    MPI_Bcast(forecast, (PetscMPIInt)(size * sizeof(*forecast) / sizeof(PetscReal)), MPIU_REAL, 0, mesh->comm));
+  PetscCallMPI(MPI_Bcast(forecast, (normal ? 2 : 1) * size * (PetscMPIInt)(sizeof(*forecast) / sizeof(PetscReal)),
+                         MPIU_REAL, 0, mesh->comm));
   PetscCall(SlipSharedFree(mesh->shared, &data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

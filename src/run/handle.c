@@ -92,6 +92,7 @@ static PetscErrorCode SetUp(SlipFault fault)
   PetscCall(SlipFaultDeviceSetUp(fault));
   PetscCall(SlipFaultMediumCreate(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
+  PetscCall(SlipFaultForecastView(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   SlipFaultCellsChoose(fault);
   PetscCall(SlipFaultCriticalSetUp(fault));

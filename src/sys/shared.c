@@ -1,7 +1,7 @@
 /*
-  Arrays that the processes of a machine hold once: the cells of a mesh, their order, and the clusters of a matrix, which
-  each process reads in all parts while it computes its blocks. A thousand processes on eight machines then take the
-  memory of eight meshes.
+  Arrays that the processes of a machine hold once: the cells of a mesh, their order, and the clusters of a matrix,
+  which each process reads in all parts while it computes its blocks. A thousand processes on eight machines then take
+  the memory of eight meshes.
 
   The memory is POSIX's. The name of a segment is removed as soon as all have it, so that nothing is left of a process
   that is killed, and its pages are allocated at once, so that a full file system is found here: the array is then one
@@ -192,8 +192,8 @@ PetscErrorCode SlipSharedBcast(SlipShared s, void *array, PetscInt n, MPI_Dataty
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces an array of PetscMalloc() that the first process of each machine has computed, of so many bytes there, by one
-   that all hold. */
+/* Replaces an array of PetscMalloc() that the first process of each machine has computed, of so many bytes there, by
+   one that all hold. */
 PetscErrorCode SlipSharedMove(SlipShared s, size_t bytes, void *array)
 {
   unsigned long size = (unsigned long)bytes;
@@ -234,12 +234,12 @@ PetscBool SlipSharedFirst(SlipShared s)
   return s->rank ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Returns the memory of the arrays on this machine over the number of its processes [B]. */
-PetscReal SlipSharedBytes(SlipShared s)
+/* Returns the memory of the arrays on this machine [B]. */
+PetscReal SlipSharedMachineBytes(SlipShared s)
 {
   PetscReal bytes = 0;
 
   for (PetscInt i = 0; i < s->n; i++)
-    bytes += (PetscReal)s->array[i].bytes / (s->array[i].shared ? (PetscReal)s->size : 1);
+    bytes += (PetscReal)s->array[i].bytes * (s->array[i].shared ? 1 : (PetscReal)s->size);
   return bytes;
 }

@@ -125,7 +125,8 @@ PETSC_EXTERN void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now,
 PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now,
                                              PetscReal time, PetscReal end);
 
-PETSC_INTERN PetscErrorCode SlipFaultViewTimes(SlipFault fault); /* faultview.c */
+PETSC_INTERN PetscErrorCode SlipFaultViewTimes(SlipFault fault);    /* faultview.c */
+PETSC_INTERN PetscErrorCode SlipFaultForecastView(SlipFault fault); /* faultplan.c */
 
 /* Observers: one row each in the table of observers.c, with a context that is private to one file */
 /* samerun.c: the first part; raises an error if the checkpoint is of another run */

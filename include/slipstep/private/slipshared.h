@@ -13,7 +13,7 @@ PETSC_EXTERN PetscErrorCode SlipSharedBcast(SlipShared shared, void *array, Pets
 PETSC_EXTERN PetscErrorCode SlipSharedMove(SlipShared shared, size_t bytes, void *array);
 PETSC_EXTERN PetscErrorCode SlipSharedValues(SlipShared shared, PetscInt n, PetscInt values[]);
 PETSC_EXTERN PetscBool SlipSharedFirst(SlipShared shared);
-PETSC_EXTERN PetscReal SlipSharedBytes(SlipShared shared);
+PETSC_EXTERN PetscReal SlipSharedMachineBytes(SlipShared shared);
 
 #define SlipSharedMalloc1(shared, n, array)                                                                            \
   SlipSharedMalloc(shared, (size_t)PetscMax(n, 1) * sizeof(**(array)), (void *)(array))

@@ -19,8 +19,10 @@ typedef struct {
   PetscReal flops;         /* of a product */
   PetscReal touched;       /* numbers of x and of y that its blocks touch, */
   PetscReal foreign;       /* and those of them that it receives and sends */
+  PetscReal machine;       /* what the processes of a machine hold together while they assemble [B] */
+  PetscReal seconds;       /* processor time of assembly, by entries measured on this processor [s] */
 } SlipCellsForecast;
-/* Predicts K, and if normal Kn, on size processes; forecast [size]. */
+/* Predicts K, and if normal then Kn, on size processes; forecast [1 or 2][size]. */
 PETSC_EXTERN PetscErrorCode SlipCellsForecasts(const SlipCells *cells, const char type[], PetscReal tolerance,
                                                PetscBool normal, PetscMPIInt size, SlipCellsForecast forecast[]);
 /* Gets the weights A_i / mean(A) of the rows of such a stiffness, borrowed, or NULL if all are 1. */

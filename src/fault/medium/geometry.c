@@ -60,7 +60,7 @@ static PetscErrorCode GetStiffness(SlipFault fault, SlipFaultStiffness *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Predicts K, and Kn where there is one, of a mesh for size processes. Collective. */
+/* Predicts K, and Kn where there is one, of a mesh for size processes, forecast [1 or 2][size]. Collective. */
 PetscErrorCode SlipFaultMeshForecast(SlipFault fault, PetscMPIInt size, SlipCellsForecast forecast[])
 {
   SlipFaultStiffness s;

@@ -32,11 +32,13 @@ PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscRe
 {
   const PetscInt N = cells->n, c = cells->kernel.type->components;
   const PetscReal rows = whole ? 1 : (PetscReal)c, columns = (PetscReal)c;
+  const SlipKernelLanes *lanes = SlipKernelGetLanes(&cells->kernel);
   SlipClusterTree tree;
   PetscMPIInt *owner;
   SlipHPairs list;
   SlipHParts parts;
   PetscInt *place;
+  PetscReal held; /* by a machine */
 
   PetscFunctionBegin;
   PetscCall(SlipHPairsCreate(cells, whole, &tree, &list));
@@ -45,9 +47,14 @@ PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscRe
   for (PetscInt r = 0, i = 0; r < size; r++)
     for (const PetscInt end = i + count[r]; i < end; i++) owner[place[order[i]]] = (PetscMPIInt)r;
   PetscCall(SlipHPairsAssign(&tree, &list, tolerance, owner, size, &parts));
+  held = (PetscReal)N * (PetscReal)(2 * sizeof(PetscInt) + sizeof(PetscReal) * (size_t)(lanes ? lanes->numbers : 0)) +
+         (PetscReal)(cells->vertices ? 9 * sizeof(PetscReal) : 0) * (PetscReal)N +
+         (PetscReal)tree.nnodes * (PetscReal)sizeof(*tree.node) + (PetscReal)list.n * (PetscReal)sizeof(*list.pair) +
+         (PetscReal)parts.first[list.n] * (PetscReal)(sizeof(*parts.keeper) + sizeof(*parts.block));
   for (PetscMPIInt r = 0; r < size; r++) {
     SlipCellsForecast *f = &forecast[r];
 
+    f->machine = held;
     f->cells = (PetscReal)count[r];
     f->blocks += (PetscReal)(parts.start[r + 1] - parts.start[r]);
     for (PetscInt k = parts.start[r]; k < parts.start[r + 1]; k++) {

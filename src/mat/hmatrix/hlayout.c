@@ -1,5 +1,5 @@
-/* Which process has which blocks of a hierarchical matrix. Each process needs the clusters of all blocks and the owners of
-   all cells while it computes its own, so that the processes of a machine hold them once: the first one computes. */
+/* Which process has which blocks of a hierarchical matrix. Each process needs the clusters of all blocks and the owners
+   of all cells while it computes its own, so that the processes of a machine hold them once: the first one computes. */
 #include <petscmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
