@@ -135,6 +135,48 @@ static void test_transforms_do_not_depend_on_ranks(void **state)
   ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
 }
 
+/* Receives and sends of this rank so far, and their bytes */
+static void Messages(PetscLogDouble counts[4])
+{
+  counts[0] = petsc_irecv_ct;
+  counts[1] = petsc_irecv_len;
+  counts[2] = petsc_isend_ct;
+  counts[3] = petsc_isend_len;
+}
+
+/* The messages of a product, as -log_view counts them: one to every other rank each way, with the complex numbers of
+   all rows at wavenumbers of other ranks. Ranks have 8 / size rows, as vectors do, so that the sum over the ranks does
+   not depend on how the 7 wavenumbers are distributed. */
+static void test_messages_of_transforms_are_logged(void **state)
+{
+#if defined(PETSC_USE_LOG) && !defined(PETSC_HAVE_BROKEN_RECURSIVE_MACRO)
+  const SlipGrid grid = {6, 8, 3000.0, 2200.0, 500.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)};
+  PetscLogDouble before[4], counts[4];
+  PetscMPIInt size;
+  Vec x, y;
+  Mat K;
+
+  ok(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipfft_depth", "transform"));
+  ok(MatCreateSlipStiffness(PETSC_COMM_WORLD, &grid, "fft", &K));
+  ok(MatSlipStiffnessSetFromOptions(K));
+  ok(MatCreateVecs(K, &x, &y));
+  ok(VecFillSines(x));
+  ok(MatMult(K, x, y)); /* creates the transforms */
+  Messages(before);
+  ok(MatMult(K, x, y));
+  Messages(counts);
+  for (int i = 0; i < 4; i++) counts[i] -= before[i];
+  ok(MPI_Allreduce(MPI_IN_PLACE, counts, 4, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD));
+  for (int sent = 0; sent < 2; sent++) {
+    assert_true(counts[2 * sent] == 2 * size * (size - 1));
+    assert_true(counts[2 * sent + 1] == 2 * 16 * (8 - 8 / size) * 7);
+  }
+  ok(PetscOptionsClearValue(NULL, "-mat_slipfft_depth"));
+  ObjectsDestroy(&K, &x, &y);
+#endif
+}
+
 /* The preconditioner as an operator: P x on this communicator against one rank's. */
 static Mat PreconditionerOf(MPI_Comm comm, Mat B, PC *pc)
 {
@@ -244,6 +286,7 @@ int main(int argc, char **argv)
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(test_products_do_not_depend_on_ranks),
     cmocka_unit_test(test_transforms_do_not_depend_on_ranks),
+    cmocka_unit_test(test_messages_of_transforms_are_logged),
     cmocka_unit_test(test_preconditioner_does_not_depend_on_ranks),
     cmocka_unit_test(test_lean_viscosities_do_not_depend_on_ranks),
     cmocka_unit_test(test_fewer_cells_than_ranks),

@@ -175,6 +175,8 @@ LANES_TARGET static void LANES_NAME(Load)(PetscInt n, const PetscReal turn[], co
     const PetscReal *f = field + g->step * i;
     const PetscInt at = SLIP_NUMBER * i;
 
+    AHEAD(f + (size_t)(i % SLIP_LANES) * apart + LOAD_AHEAD, 0);
+    AHEAD(f + (size_t)((i + SLIP_LANES / 2) % SLIP_LANES) * apart + imaginary + LOAD_AHEAD, 0);
     for (PetscInt l = 0; l < SLIP_LANES; l += LANES_WIDTH) {
       VECTOR re, im;
 
@@ -236,7 +238,9 @@ LANES_TARGET static void LANES_NAME(Store)(const PetscReal turn[], const SlipLan
 LANES_TARGET static void LANES_NAME(Multiply)(PetscInt n, const PetscReal T[], const PetscReal A[],
                                               PetscReal *const u[2])
 {
-  for (PetscInt k = 0; k <= n; k++)
+  for (PetscInt k = 0; k <= n; k++) {
+    if (T) AHEAD(T + SLIP_LANES * (k + SYMBOL_AHEAD), 0);
+    for (int part = 0; part < 2 && A; part++) AHEAD(A + SLIP_NUMBER * (k + SYMBOL_AHEAD) + SLIP_LANES * part, 0);
     for (PetscInt l = 0; l < SLIP_LANES; l += LANES_WIDTH) {
       PetscReal *a = u[k % 2] + SLIP_NUMBER * (k / 2) + l, *b = u[k % 2] + SLIP_NUMBER * (k ? (2 * n - k) / 2 : 0) + l;
       const VECTOR ar = AT(a), ai = AT(a + SLIP_LANES), br = AT(b), bi = AT(b + SLIP_LANES);
@@ -248,6 +252,7 @@ LANES_TARGET static void LANES_NAME(Multiply)(PetscInt n, const PetscReal T[], c
       AT(b) = t * br + r * ar + i * ai;
       AT(b + SLIP_LANES) = t * bi + r * ai - i * ar;
     }
+  }
 }
 
 /* For wavenumbers k in [start, end) of 2 n, a[k - start] [fields] complex, na reals from one k to the next: the
@@ -262,6 +267,7 @@ LANES_TARGET static void LANES_NAME(Split)(PetscInt n, PetscReal *const half[2],
     PetscReal part[4][SLIP_LANES], *to = a + (size_t)(k - start) * na;
     const PetscInt last = fields / 2;
 
+    for (int line = 0; line < 4; line++) AHEAD(to + ROWS_AHEAD * na + SLIP_LANES * line, 1);
     for (PetscInt l = 0; l < SLIP_LANES; l += LANES_WIDTH) {
       const VECTOR zr = AT(z + l), zi = AT(z + SLIP_LANES + l), cr = AT(c + l), ci = AT(c + SLIP_LANES + l);
 
@@ -286,6 +292,7 @@ LANES_TARGET static void LANES_NAME(Join)(PetscInt n, PetscReal *const half[2], 
     PetscReal *z = half[k % 2] + SLIP_NUMBER * (k / 2), *c = half[k % 2] + SLIP_NUMBER * (k ? (2 * n - k) / 2 : 0);
     const PetscReal *from = a + (size_t)(k - start) * na;
 
+    for (int line = 0; line < 4; line++) AHEAD(from + ROWS_AHEAD * na + SLIP_LANES * line, 0);
     if (fields < 2 * SLIP_LANES) {
       for (PetscInt i = 0; i < 2 * fields; i++) some[i] = from[i];
       from = some;
