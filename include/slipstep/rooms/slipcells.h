@@ -15,7 +15,7 @@ PETSC_EXTERN PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *c
 typedef struct {
   PetscReal cells, blocks; /* its cells, and its blocks */
   PetscReal bytes;         /* of the entries [B] */
-  PetscReal entries;       /* computed at assembly */
+  PetscReal pairs;         /* pairs of cells that are computed at assembly */
   PetscReal flops;         /* of a product */
   PetscReal touched;       /* numbers of x and of y that its blocks touch, */
   PetscReal foreign;       /* and those of them that it receives and sends */

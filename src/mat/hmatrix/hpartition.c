@@ -71,7 +71,7 @@ PetscReal SlipHRank(PetscReal tolerance)
 /* The search goes on to a share of the tolerance, and ends after some rows for confirmation (aca.c). */
 PetscReal SlipHSearched(PetscReal tolerance)
 {
-  return SlipHRank(0.3 * tolerance) + 2;
+  return 1.08 * SlipHRank(0.3 * tolerance) + 5;
 }
 
 /* Returns the expected storage of a pair's block, in numbers of scalar slip. */

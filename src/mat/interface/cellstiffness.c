@@ -30,7 +30,7 @@ static PetscErrorCode CellForecast_Dense(const SlipCells *c, PetscBool whole, Pe
     f->cells = n;
     f->blocks += 1;
     f->bytes += (PetscReal)sizeof(PetscReal) * numbers;
-    f->entries += whole ? numbers : numbers - 0.5 * rows * n * columns * n;
+    f->pairs += N * n - (whole ? 0 : 0.5 * n * n);
     f->flops += 2 * numbers;
     f->touched += columns * N + rows * n;
     f->foreign += columns * (N - n);

@@ -16,6 +16,10 @@
 /* Most cells in a leaf of the tree, if they are few beside those of a part */
 #define PARTITION_LEAF 48
 
+/* Processor time of what is done with an entry after it is computed: approximation, rounding, storage [s] (8,000
+   triangles, one and two components) */
+#define ALGEBRA 5e-8
+
 /* Computes part[i] in [0, size) so that every part has a cell. */
 static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal cost[], PetscMPIInt part[])
 {
@@ -125,7 +129,7 @@ PetscErrorCode SlipCellsForecasts(const SlipCells *cells, const char type[], Pet
 
     PetscCall(SlipCellsForecastOfType(cells, type, (PetscBool)k, tolerance, size, order, count, f));
     PetscCall(SlipCellsPairTime(cells, (PetscBool)k, &pair));
-    for (PetscMPIInt r = 0; r < size; r++) f[r].seconds = f[r].entries / numbers * pair;
+    for (PetscMPIInt r = 0; r < size; r++) f[r].seconds = f[r].pairs * (pair + ALGEBRA * numbers);
   }
   PetscCall(PetscFree2(order, count));
   PetscFunctionReturn(PETSC_SUCCESS);
