@@ -7,7 +7,7 @@
 /* Cells of rows, and as many of columns, from all over the mesh, so that few are near each other. The pairs are computed
    by rows and by columns, as approximations do it, and so many are in the usual leaf of a tree. */
 #define SAMPLE 40
-#define LONG_ENOUGH 0.02 /* processor time of a measurement [s] */
+#define LONG_ENOUGH 0.08 /* processor time of a measurement [s] */
 
 /* Copies every so-manieth cell, data [17 n]. */
 static SlipCells Sample(const SlipCells *c, PetscInt n, PetscReal data[])
