@@ -1,11 +1,6 @@
-/* Predicts what the stiffness of a mesh takes, before anything is assembled: for -fault_plan on several numbers of
-   processes, and for -fault_view on those of the run. */
+/* Predicts for -fault_plan what a mesh takes on several numbers of processes, before anything is assembled. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipfaultoperators.h>
-
-/* Time of a product over the memory of K [s/B], which is read at some 7 GB/s: measured with 52 to 1,160 MB, 0.9 to 1.1
-   of the times on one and two processes; matrices that fit into a cache take down to half of it */
-#define BYTE_TIME 1.35e-10
 
 /* Returns the largest and the mean of a number of all processes. */
 static PetscReal Largest(PetscMPIInt size, const SlipCellsForecast f[], PetscReal (*number)(const SlipCellsForecast *),
@@ -21,16 +16,6 @@ static PetscReal Largest(PetscMPIInt size, const SlipCellsForecast f[], PetscRea
   return most;
 }
 
-static PetscReal Bytes(const SlipCellsForecast *f)
-{
-  return f->bytes + (PetscReal)sizeof(PetscReal) * f->touched;
-}
-
-static PetscReal Exchanged(const SlipCellsForecast *f)
-{
-  return (PetscReal)sizeof(PetscReal) * f->foreign;
-}
-
 static PetscReal Flops(const SlipCellsForecast *f)
 {
   return f->flops;
@@ -41,33 +26,6 @@ static PetscReal Seconds(const SlipCellsForecast *f)
   return f->seconds;
 }
 
-static PetscReal Product(const SlipCellsForecast *f)
-{
-  return BYTE_TIME * Bytes(f);
-}
-
-/* Predicts for `size` processes the matrices one by one, f [*matrices][size] (PetscFree()), or their sums, f [size]. */
-static PetscErrorCode Forecast(SlipFault fault, PetscMPIInt size, PetscBool sums, PetscInt *matrices,
-                               SlipCellsForecast **f)
-{
-  PetscFunctionBegin;
-  *matrices = fault->kind.coupled ? 2 : 1;
-  PetscCall(PetscMalloc1(*matrices * size, f));
-  PetscCall(SlipFaultMeshForecast(fault, size, *f));
-  for (PetscMPIInt r = 0; r < size && sums && *matrices > 1; r++) {
-    SlipCellsForecast *all = *f + r, *more = *f + size + r;
-
-    all->blocks += more->blocks;
-    all->bytes += more->bytes;
-    all->flops += more->flops;
-    all->touched += more->touched;
-    all->foreign += more->foreign;
-    all->seconds += more->seconds;
-    all->machine = PetscMax(all->machine, more->machine); /* one after the other */
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Prints the row of a number of processes. */
 static PetscErrorCode Row(SlipFault fault, PetscMPIInt size, PetscViewer viewer)
 {
@@ -76,53 +34,18 @@ static PetscErrorCode Row(SlipFault fault, PetscMPIInt size, PetscViewer viewer)
   PetscInt matrices;
 
   PetscFunctionBegin;
-  PetscCall(Forecast(fault, size, PETSC_TRUE, &matrices, &f));
-  most[0] = Largest(size, f, Bytes, &mean[0]);
-  most[1] = Largest(size, f, Exchanged, &mean[1]);
+  PetscCall(SlipFaultForecast(fault, size, PETSC_TRUE, &matrices, &f));
+  most[0] = Largest(size, f, SlipForecastBytes, &mean[0]);
+  most[1] = Largest(size, f, SlipForecastExchanged, &mean[1]);
   most[2] = Largest(size, f, Flops, &mean[2]);
   most[3] = Largest(size, f, Seconds, &mean[3]);
-  most[4] = Largest(size, f, Product, &mean[4]);
+  most[4] = Largest(size, f, SlipForecastProduct, &mean[4]);
   machine = f[0].machine + SlipSharedMachineBytes(fault->mesh.shared);
   PetscCall(PetscFree(f));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "%6d %9.1f %9.1f %9.1f %9.1f %9.1f %9.2f %9.1f %9.3f\n", (int)size, (double)(1e-6 * mean[0]),
     (double)(1e-6 * most[0]), (double)(1e-6 * machine), (double)(1e-3 * mean[1]), (double)(1e-3 * most[1]),
     (double)(mean[2] > 0 ? most[2] / mean[2] : 1), (double)most[3], (double)(1e3 * most[4])));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-#define PROCESSES_MOST 64 /* of the table for -fault_view, which has a row for each */
-
-/* Prints for -fault_view what each process will store, exchange and compute of each matrix of a mesh, before it is
-   assembled. Collective. */
-PetscErrorCode SlipFaultForecastView(SlipFault fault)
-{
-  PetscViewer viewer = fault->options.viewer;
-  SlipCellsForecast *f;
-  PetscMPIInt size;
-  PetscInt matrices;
-
-  PetscFunctionBegin;
-  if (!viewer || fault->mesh.kind == &SlipFaultMeshGrid || fault->options.text[FAULT_STIFFNESS_FILE][0])
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
-  PetscCall(Forecast(fault, size, PETSC_FALSE, &matrices, &f));
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "before assembly, expected (and %.1f MB of the mesh on a machine):\n%6s %6s %9s %9s %11s %13s %13s %13s\n",
-    (double)(1e-6 * (f[0].machine + SlipSharedMachineBytes(fault->mesh.shared))), "matrix", "rank", "cells", "blocks",
-    "memory [MB]", "exchange [kB]", "assembly [s]", "product [ms]"));
-  for (PetscInt k = 0; k < matrices; k++)
-    for (PetscMPIInt r = 0; r < PetscMin(size, PROCESSES_MOST); r++) {
-      const SlipCellsForecast *own = f + (size_t)k * size + r;
-
-      PetscCall(PetscViewerASCIIPrintf(viewer, "%6s %6d %9.0f %9.0f %11.2f %13.1f %13.3f %13.3f\n", k ? "Kn" : "K",
-                                       (int)r, (double)own->cells, (double)own->blocks, (double)(1e-6 * Bytes(own)),
-                                       (double)(1e-3 * Exchanged(own)), (double)own->seconds,
-                                       (double)(1e3 * Product(own))));
-    }
-  if (size > PROCESSES_MOST)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  and %d more processes\n", (int)size - PROCESSES_MOST));
-  PetscCall(PetscFree(f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -9,12 +9,14 @@
   alone on its machine, arrays are those of PetscMalloc().
 */
 #define _POSIX_C_SOURCE 200809L /* posix_fallocate() */
-#include <slipstep/private/slipshared.h>
+#include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 typedef struct {
@@ -49,28 +51,61 @@ PetscErrorCode SlipSharedCreate(MPI_Comm comm, SlipShared *shared)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Maps a new segment of the machine, or returns MAP_FAILED. The first process creates it. */
-static void *Open(SlipShared s, size_t bytes, char name[64])
+/* Maps the segment of a name, which the first process creates, or returns NULL. */
+static void *Map(const char name[], PetscBool create, size_t bytes)
 {
-  static int count = 0;
+  struct rlimit most; /* beyond it a signal would end the process */
   void *data = MAP_FAILED;
   int file;
 
-  if (!s->rank) (void)snprintf(name, 64, "/slipstep-%ld-%d", (long)getpid(), count++);
-  if (MPI_Bcast(name, 64, MPI_CHAR, 0, s->machine)) return MAP_FAILED;
-  for (int turn = 0; turn < 2; turn++) {
-    int made = 1;
+  if (create && (getrlimit(RLIMIT_FSIZE, &most) || most.rlim_cur < (rlim_t)bytes)) return NULL;
+  file = shm_open(name, create ? O_RDWR | O_CREAT | O_EXCL : O_RDWR, 0600);
+  if (file < 0) return NULL;
+  if (!create || !posix_fallocate(file, 0, (off_t)bytes))
+    data = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  (void)close(file);
+  if (create && data == MAP_FAILED) (void)shm_unlink(name);
+  return data == MAP_FAILED ? NULL : data;
+}
 
-    if (turn == (s->rank ? 1 : 0)) {
-      file = shm_open(name, s->rank ? O_RDWR : O_RDWR | O_CREAT | O_EXCL, 0600);
-      if (file >= 0 && (s->rank || !posix_fallocate(file, 0, (off_t)bytes)))
-        data = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-      if (file >= 0) (void)close(file);
-      made = data != MAP_FAILED;
-    }
-    if (!turn && (MPI_Bcast(&made, 1, MPI_INT, 0, s->machine) || !made)) break;
+/* Maps a new segment on all processes of the machine, or returns NULL on all. */
+static PetscErrorCode Share(SlipShared s, size_t bytes, void **data)
+{
+  static int count = 0;
+  char name[64] = "";
+  struct timespec now;
+  int all;
+
+  PetscFunctionBegin;
+  *data = NULL;
+  if (!s->rank) {
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    (void)snprintf(name, sizeof(name), "/slipstep-%ld-%lx-%d", (long)getpid(), (unsigned long)now.tv_nsec, count++);
+    *data = Map(name, PETSC_TRUE, bytes);
+    if (!*data) name[0] = 0;
   }
-  return data;
+  PetscCallMPI(MPI_Bcast(name, sizeof(name), MPI_CHAR, 0, s->machine));
+  if (s->rank && name[0]) *data = Map(name, PETSC_FALSE, bytes);
+  all = *data ? 1 : 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, s->machine));
+  if (!s->rank && name[0]) (void)shm_unlink(name);
+  if (!all && *data) (void)munmap(*data, bytes);
+  if (!all) *data = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns once that processes hold arrays of their own. */
+static PetscErrorCode Warn(SlipShared s, size_t bytes)
+{
+  static PetscBool warned = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (!s->rank && !warned)
+    PetscCall(SlipWarning("the %d processes of a machine cannot share %.3g MB of memory: each has its own. Expected "
+                          "that much room in /dev/shm, which containers limit",
+                          (int)s->size, 1e-6 * (double)bytes));
+  warned = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Add(SlipShared s, Array a)
@@ -93,18 +128,12 @@ static PetscErrorCode Add(SlipShared s, Array a)
 PetscErrorCode SlipSharedMalloc(SlipShared s, size_t bytes, void *array)
 {
   Array a = {.bytes = PetscMax(bytes, 1)};
-  char name[64] = "";
 
   PetscFunctionBegin;
   if (s->size > 1) {
-    int made;
-
-    a.data = Open(s, a.bytes, name);
-    made = a.data != MAP_FAILED;
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &made, 1, MPI_INT, MPI_MIN, s->machine));
-    if (!s->rank) (void)shm_unlink(name);
-    if (!made && a.data != MAP_FAILED) (void)munmap(a.data, a.bytes);
-    a.shared = made ? PETSC_TRUE : PETSC_FALSE;
+    PetscCall(Share(s, a.bytes, &a.data));
+    a.shared = a.data ? PETSC_TRUE : PETSC_FALSE;
+    if (!a.shared) PetscCall(Warn(s, a.bytes));
   }
   if (!a.shared) PetscCall(PetscMalloc(a.bytes, &a.data));
   PetscCall(Add(s, a));

@@ -2,8 +2,7 @@
    good. */
 #define _POSIX_C_SOURCE 200809L
 #include "ranks.h"
-#include <slipstep/private/slipshared.h>
-#include <signal.h>
+#include <slipstep/private/slipsys.h>
 #include <sys/resource.h>
 
 enum { N = 1000 };
@@ -63,7 +62,6 @@ static PetscErrorCode All(void)
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(Arrays(size > 1 ? PETSC_TRUE : PETSC_FALSE));
   /* segments of memory are files: none can be as long as the arrays */
-  (void)signal(SIGXFSZ, SIG_IGN);
   (void)getrlimit(RLIMIT_FSIZE, &limit);
   before = limit.rlim_cur;
   limit.rlim_cur = 16;

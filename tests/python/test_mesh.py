@@ -100,6 +100,13 @@ class Mesh(FaultTest, PictureTest):
         self.assertAlmostEqual(two[1] / one[1], 0.5, delta=0.1)  # printed to 0.1 MB, of 0.7
         self.assertEqual(one[4], 0)
         self.assertGreater(two[4], 0)
+        # before assembly -fault_view has a row for each rank, with the memory of the plan
+        view = self.fault(*hmat, "-fault_view", "-ts_max_time", 0.1, ranks=2)
+        rows = re.findall(r"^ +K +(\d) +(\d+) +\d+ +([0-9.]+) ", view, re.MULTILINE)
+        self.assertEqual([int(row[0]) for row in rows], [0, 1])
+        self.assertEqual(sum(int(row[1]) for row in rows), 480)
+        self.assertAlmostEqual(max(float(row[2]) for row in rows), two[2], delta=0.06)
+        self.assertLess(view.index("before assembly"), view.index("memory: "))
         for wrong in (0, 481):
             self.assertIn("-fault_plan", self.fault(*hmat, "-fault_plan", wrong, code=1))
         self.assertIn("-fault_mesh", self.fault("-fault_plan", 2, code=1))

@@ -3,7 +3,7 @@
 #include <slipstep/rooms/slipcells.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcommon.h>
-#include <slipstep/private/slipshared.h>
+#include <slipstep/private/slipsys.h>
 
 /* ---- irregular.c ---- */
 /* S_ij of MatCreateSlipCellStiffness() with unit 1 / (2 mean(A)), or with unit 0 the effect of slip on normal stress */

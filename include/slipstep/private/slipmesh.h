@@ -6,7 +6,6 @@
 #include <slipstep/rooms/slipcore.h>
 #include <slipstep/rooms/sliph5.h>
 #include <slipstep/rooms/slipmat.h>
-#include <slipstep/private/slipshared.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 

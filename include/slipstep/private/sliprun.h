@@ -125,8 +125,14 @@ PETSC_EXTERN void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now,
 PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now,
                                              PetscReal time, PetscReal end);
 
-PETSC_INTERN PetscErrorCode SlipFaultViewTimes(SlipFault fault);    /* faultview.c */
-PETSC_INTERN PetscErrorCode SlipFaultForecastView(SlipFault fault); /* faultplan.c */
+PETSC_INTERN PetscErrorCode SlipFaultViewTimes(SlipFault fault); /* faultview.c */
+/* ---- forecast.c ---- */
+PETSC_INTERN PetscErrorCode SlipFaultForecastView(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultForecast(SlipFault fault, PetscMPIInt size, PetscBool sums, PetscInt *matrices,
+                                              SlipCellsForecast **f);
+PETSC_INTERN PetscReal SlipForecastBytes(const SlipCellsForecast *f);     /* of the matrix and of vectors */
+PETSC_INTERN PetscReal SlipForecastExchanged(const SlipCellsForecast *f); /* bytes of a product */
+PETSC_INTERN PetscReal SlipForecastProduct(const SlipCellsForecast *f);   /* processor time [s] */
 
 /* Observers: one row each in the table of observers.c, with a context that is private to one file */
 /* samerun.c: the first part; raises an error if the checkpoint is of another run */

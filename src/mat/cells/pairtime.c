@@ -4,8 +4,8 @@
 #include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipwork.h>
 
-/* Cells of rows, and as many of columns, from all over the mesh, so that few are near each other. The pairs are computed
-   by rows and by columns, as approximations do it, and so many are in the usual leaf of a tree. */
+/* Cells of rows, and as many of columns, from all over the mesh, so that few are near each other. Their pairs are
+   computed by rows and by columns, as approximations do it; so many are in the usual leaf of a tree. */
 #define SAMPLE 40
 #define LONG_ENOUGH 0.08 /* processor time of a measurement [s] */
 

@@ -11,7 +11,7 @@
 #include <slipstep/rooms/slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatinterface.h>
-#include <slipstep/private/slipshared.h>
+#include <slipstep/private/slipsys.h>
 
 /* Most cells in a leaf of the tree, if they are few beside those of a part */
 #define PARTITION_LEAF 48
@@ -73,8 +73,8 @@ static PetscErrorCode Order(const SlipCells *c, PetscMPIInt size, const char typ
    type: storage that their stiffness will have: "dense", "hmat" or "auto"; with "hmat" a cell costs the expected
    storage of its row, otherwise all cost the same; order: [n] cell of each row of the stiffness, the same on every
    process; in its own order on one process. It is an array of shared, or without shared one to free by PetscFree();
-   nlocal: rows of this process, at least 1. Pass both to MatCreateSlipCellStiffness() as cells->order and cells->nlocal.
-   Errors: PETSC_ERR_ARG_OUTOFRANGE when there are more processes than cells. */
+   nlocal: rows of this process, at least 1. Pass both to MatCreateSlipCellStiffness() as cells->order and
+   cells->nlocal. Errors: PETSC_ERR_ARG_OUTOFRANGE when there are more processes than cells. */
 PetscErrorCode SlipCellsPartition(MPI_Comm comm, const SlipCells *cells, const char *type, SlipShared shared,
                                   PetscInt **order, PetscInt *nlocal)
 {
