@@ -39,6 +39,7 @@ PetscErrorCode SlipFaultMeshCreate(const SlipFaultMeshOptions *o, SlipFaultMesh 
     mesh->kind->cell(mesh, SlipFaultMeshRow(mesh, i), &cell);
     mesh->weight[i] = mesh->unit > 0 ? cell.size[0] * cell.size[1] * mesh->unit : 1;
   }
+  SlipMemoryReturn();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

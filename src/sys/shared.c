@@ -12,6 +12,9 @@
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
 #include <fcntl.h>
+#if defined(__GLIBC__)
+  #include <malloc.h>
+#endif
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -261,6 +264,14 @@ PetscErrorCode SlipSharedValues(SlipShared s, PetscInt n, PetscInt values[])
 PetscBool SlipSharedFirst(SlipShared s)
 {
   return s->rank ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Gives memory that was freed back to the system: glibc keeps it, and the first process frees much while others wait. */
+void SlipMemoryReturn(void)
+{
+#if defined(__GLIBC__)
+  (void)malloc_trim(0);
+#endif
 }
 
 /* Returns the memory of the arrays on this machine [B]. */

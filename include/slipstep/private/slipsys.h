@@ -59,6 +59,7 @@ PETSC_EXTERN PetscErrorCode SlipSharedMove(SlipShared shared, size_t bytes, void
 PETSC_EXTERN PetscErrorCode SlipSharedValues(SlipShared shared, PetscInt n, PetscInt values[]);
 PETSC_EXTERN PetscBool SlipSharedFirst(SlipShared shared);
 PETSC_EXTERN PetscReal SlipSharedMachineBytes(SlipShared shared);
+PETSC_EXTERN void SlipMemoryReturn(void);
 
 #define SlipSharedMalloc1(shared, n, array)                                                                            \
   SlipSharedMalloc(shared, (size_t)PetscMax(n, 1) * sizeof(**(array)), (void *)(array))

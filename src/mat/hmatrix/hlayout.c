@@ -72,6 +72,7 @@ PetscErrorCode SlipHLayoutCreate(MPI_Comm comm, const SlipCells *cells, PetscBoo
   PetscCall(SlipSharedMove(layout->shared, all * sizeof(*parts->keeper), &parts->keeper));
   PetscCall(SlipSharedMove(layout->shared, all * sizeof(*parts->block), &parts->block));
   PetscCall(SlipSharedMove(layout->shared, (size_t)(size + 2) * sizeof(*parts->start), &parts->start));
+  SlipMemoryReturn();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
