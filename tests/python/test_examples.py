@@ -372,8 +372,9 @@ class NetworkTest(FaultTest):
         done = self.run_example("network.py", "n", "--faults", "2", "--triangles", "1500", "--sections", "rates.json",
                                 "sections.json", "--box", "-118", "-116", "33", "35")
         side = float(re.search(r"^2 faults, [0-9]+ triangles of ([0-9]+) m$", done, re.M)[1])
-        self.fault("-options_file", os.path.join(SOURCE, "examples", "network.opts"), "-fault_mesh", "n_mesh.h5",
-                   "-fault_parameters", "n_fields.h5", "-ts_max_steps", "1", "-fault_output", "n.h5")
+        said = self.fault("-options_file", os.path.join(SOURCE, "examples", "network.opts"), "-fault_mesh", "n_mesh.h5",
+                          "-fault_parameters", "n_fields.h5", "-ts_max_steps", "1", "-fault_output", "n.h5")
+        self.assertIn("Use smaller cells (-fault_mesh), or a larger", said)
         run, rate = Run(self.path("n.h5")), self.get("n_fields.h5", "loading_rate")
         self.assertEqual([run.fault_name(label) for label in run.faults], ["fast, one", "slow"])
         mesh = run.mesh
