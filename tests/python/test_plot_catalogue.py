@@ -159,7 +159,7 @@ class Networks(PictureTest):
             [[8.0, event[1] / 1e3] for event in century.EVENTS], axis=0))
         self.assertLess(canvas.get_figheight(), 12)
         canvas = plot_catalogue.event_figure(events, 1)
-        self.assertIn("29 faults that slipped less than 1%", " ".join(canvas._suptitle.get_text().split()))
+        self.assertIn("without 29 faults that slipped by less than 1%", " ".join(canvas._suptitle.get_text().split()))
         self.assertEqual([own.short for own in planes_of(events)], ["fault 3"])
 
 

@@ -219,7 +219,7 @@ def broken_faults(events, number):
 
 
 def leave_out(events, slip, cell):
-    """Of many planes those that did not slip in an event, nor have its hypocentre, are not drawn; how many."""
+    """Of many planes those that hardly slipped in an event, nor have its hypocentre, are not drawn; how many."""
     planes = planes_of(events)
     if len(planes) <= MANY_PLANES:
         return 0
@@ -255,7 +255,7 @@ def event_figure(events, number):
                                    + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
                                    + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, "
                                      f"{duration:{'.3g' if duration < 999.5 else '.0f'}} s"
-                                   + (f"; {left} faults that slipped less than {SLIPPED:.0%} of it are left out"
+                                   + (f"; without {left} faults that slipped by less than {SLIPPED:.0%} of the most"
                                       if left else ""), WIDTH, TITLE))
     return layout.canvas
 
