@@ -131,13 +131,17 @@ class Faults(FaultTest):
         return catalogue
 
     def test_numbers_of_events(self):
+        """And the line of an event has the name that the mesh's file gives to its fault, if it does."""
+        with h5py.File(self.path("two.h5"), "r+") as file:
+            file["fault"].attrs["names"] = "70 No fault; 7 Listric (north)"
         said = self.fault(*RUN, *EVENTS, "events.h5")
         catalogue = self.check_events("events.h5")
         both = np.isfinite(catalogue.event["fault_onset"]).all(axis=1)
         self.assertTrue(both.any() and not both.all())  # events of both faults and of one
         self.assertEqual(set(catalogue.event["fault"]), {-3, 7})
         for n, label in enumerate(catalogue.event["fault"]):
-            self.assertRegex(said, rf"(?m)^event {n + 1}  t .*  Mw [\d.]+  fault {label}  x ")
+            name = {-3: "-3", 7: r"7 Listric \(north\)"}[label]
+            self.assertRegex(said, rf"(?m)^event {n + 1}  t .*  Mw [\d.]+  fault {name}  x ")
 
     def test_ranks(self):
         """Steps of a prescribed length, whose rounding 200 of them amplify; energies differ by what remains of larger

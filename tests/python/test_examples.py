@@ -2,6 +2,7 @@
 missing."""
 
 import importlib.util
+import json
 import os
 import re
 import signal
@@ -22,9 +23,10 @@ import bends
 import kostrov
 import listric
 import make_mesh
+import network
 import tpv3
 import triggering
-from slipstep import Run
+from slipstep import OutputError, Run
 from slipstep.fields import waves
 from slipstep.geometry.cells import corners_of, mesh_cells
 from slipstep.geometry.surface import Elastic, slip_of_run
@@ -151,6 +153,24 @@ class ExamplesTest(PictureTest):
         np.testing.assert_allclose((normal[-1] - normal[len(times) // 3])[own], expected, rtol=0,
                                    atol=1e-6 * np.abs(expected).max())
         self.assertGreater(np.abs(expected).max(), 1e5)
+
+    def test_network(self):
+        """Two ranks have the event of one: its time to a tenth of -fault_accuracy, as a step that one of them rejects
+        parts them by more than rounding."""
+        found = []
+        for ranks in "12":
+            done = self.example("network.sh", "-fault_progress", "no", FAULTS="4", TRIANGLES="300", YEARS="70",
+                                RANKS=ranks)
+            self.assertRegex(done.stdout, "(?m)^4 faults, (29[0-9]|30[0-9]) triangles of [0-9]+ m$")
+            found.append(Events(self.path("network_events.h5")))
+        for picture in ("network_events.png", "network_events_event_largest.png"):
+            self.look(self.path(picture))
+        one, two = found
+        self.assertEqual((len(one), one.fault_name(one["fault"][0])), (1, "Strike-slip 2"))
+        np.testing.assert_array_equal(one["cell"], two["cell"])
+        for name in ("onset", "moment"):
+            np.testing.assert_allclose(one[name], two[name], rtol=1e-3)
+        self.assertIn("--triangles 30, expected", self.example("network.sh", code=2, TRIANGLES="30").stderr)
 
     def test_dyke(self):
         """Coarse cells: the dyke opens when its pressure meets what presses it together, two of eight days on, and is
@@ -323,6 +343,63 @@ class TrianglesTest(FaultTest):
         # right of the trace and depth, where its radii meet: above the ground
         centre = np.sin(np.radians(60)) / bend, -np.cos(np.radians(60)) / bend
         np.testing.assert_allclose(np.hypot(right - centre[0], mesh["vertices"][:, 2] - centre[1]), 1 / bend, rtol=1e-9)
+
+
+class NetworkTest(FaultTest):
+    """Sections of made-up files: a slow fault crosses a fast one, whose trace has its dip on its left."""
+
+    def files(self):
+        def feature(number, trace=None, **properties):
+            return {"type": "Feature", "properties": {"FaultID": number, **properties},
+                    "geometry": {"type": "MultiLineString", "coordinates": [trace or [[0, 0], [1, 0]]]}}
+
+        sections = [feature(7, [[-117.0, 34.0], [-117.0, 34.4]], FaultName="fast; one", DipDeg=60, DipDir="W", Rake=90,
+                            UpDepth=1.0, LowDepth=12.0),
+                    feature(8, [[-117.5, 34.2], [-117.2, 34.21], [-116.9, 34.2]], FaultName="slow", DipDeg=90,
+                            DipDir="Vertical", Rake=180, UpDepth=0.0, LowDepth=14.0),
+                    feature(9, [[-100.0, 34.0], [-100.0, 34.1]], FaultName="far", DipDeg=90, DipDir="E", Rake=0,
+                            UpDepth=0.0, LowDepth=14.0)]
+        rates = [feature(7, SlipRate=20.0), feature(8, SlipRate=5.0), feature(9, SlipRate=30.0)]
+        for name, features in (("rates", rates), ("sections", sections)):
+            with open(self.path(f"{name}.json"), "w") as file:
+                json.dump({"type": "FeatureCollection", "features": features}, file)
+
+    def test_sections_of_files(self):
+        """One degree of latitude is 111.19 km on a sphere of 6371 km. The dip is right of the strike, so the fast
+        fault has the strike 180. Its area stays; the slow one ends before it, by 0.3 to 2.5 sides of triangles, and is
+        one piece. A run takes the mesh and the fields."""
+        self.files()
+        done = self.run_example("network.py", "n", "--faults", "2", "--triangles", "1500", "--sections", "rates.json",
+                                "sections.json", "--box", "-118", "-116", "33", "35")
+        side = float(re.search(r"^2 faults, [0-9]+ triangles of ([0-9]+) m$", done, re.M)[1])
+        said = self.fault("-options_file", os.path.join(SOURCE, "examples", "network.opts"), "-fault_mesh", "n_mesh.h5",
+                          "-fault_parameters", "n_fields.h5", "-ts_max_steps", "1", "-fault_output", "n.h5")
+        self.assertIn("Use smaller cells (-fault_mesh), or a larger", said)
+        run, rate = Run(self.path("n.h5")), self.get("n_fields.h5", "loading_rate")
+        self.assertEqual([run.fault_name(label) for label in run.faults], ["fast, one", "slow"])
+        mesh = run.mesh
+        corners, fast = mesh["vertices"][mesh["triangles"]], mesh["fault"] == 1
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+        self.assertAlmostEqual(area[fast].sum() / (0.4 * 111.19e3 * 11e3 / np.sin(np.radians(60))), 1, delta=1e-3)
+        np.testing.assert_allclose(mesh["strike"][fast], 180, atol=1e-6)
+        np.testing.assert_allclose(mesh["dip"][fast], 60, atol=1e-6)
+        np.testing.assert_allclose(rate * YEAR, np.where(fast, 20e-3, 5e-3))
+        apart = np.linalg.norm(corners[fast].reshape(-1, 1, 3) - corners[~fast].reshape(1, -1, 3), axis=2).min()
+        self.assertTrue(0.3 * side < apart < 2.5 * side, (apart, side))
+        self.assertTrue(network.largest_part(mesh["triangles"][~fast]).all())
+        self.assertLess(np.ptp(mesh["y"][~fast]), 0.5 * np.cos(np.radians(34)) * 111.19e3)
+        with self.assertRaisesRegex(OutputError, "only 2 faults keep"):
+            network.fit(network.read([self.path("rates.json"), self.path("sections.json")], (-118, -116, 33, 35))[0], 3,
+                        1500)
+
+    def test_friction(self):
+        """It weakens where it is far from the ground, the lower edge and a free end, and strengthens there."""
+        own = network.Section("a", np.array([[0.0, 0], [40e3, 0]]), 90.0, 180.0, (0.0, 15e3), 1e-9)
+        vertices, triangles, along, down = network.drape(own, 500.0)
+        np.testing.assert_allclose(vertices[:, 0], along)
+        edges = network.strengthens(0, [(own, vertices, triangles, along, down)])
+        s, d = along[triangles].mean(axis=1), down[triangles].mean(axis=1)
+        np.testing.assert_allclose(edges, network.EDGE - np.min([s, 40e3 - s, d, 15e3 - d], axis=0), atol=1e-6)
 
 
 class TriggeredTest(unittest.TestCase):

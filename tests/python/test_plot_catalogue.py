@@ -12,6 +12,7 @@ from slipstep import OutputError, Run
 from slipstep.plots.cumulative import Course, between, during, plain
 from slipstep.plots.maps import planes_of
 from slipstep.plots.spacetime import Line
+from slipstep.programs import plot_catalogue
 from slipstep.results.events import Events, b_value, completeness
 from slipstep.times import YEAR, Clock
 
@@ -122,6 +123,44 @@ class Fit(PictureTest):
                      century.write_catalogue(self.path("b.h5"), century.many(4000))):
             self.plot("plot_catalogue", path)
             self.look(path.replace(".h5", ".png"))
+
+
+class Networks(PictureTest):
+    def catalogue(self, count):
+        """The events of the century on so many parallel faults of 100 cells that strike north, all on the third."""
+        path = century.write_catalogue(self.path("c.h5"))
+        x, z = (part.ravel() for part in np.meshgrid(np.arange(20) * 1e3 + 500, np.arange(5) * 2e3 + 1e3))
+        cells = np.concatenate([np.column_stack([x, np.full(100, 4e3 * k), z, *np.tile([[1e3], [2e3], [0], [90]], 100)])
+                                for k in range(count)])
+        slip = np.zeros((5, 100 * count))
+        slip[:, 200:300] = 1.0
+        with h5py.File(path, "r+") as file:
+            del file["maps"], file["cell"]
+            century.put(file, "y", np.full(5, 8e3), "m")
+            century.put(file, "cell", np.full(5, 205), "1")
+            century.put(file, "maps/slip", slip, "m")
+            century.put(file, "maps/rupture_time", np.where(slip > 0, 1.0, np.nan), "s")
+        return century.turn(path, cells, np.repeat(np.arange(1, count + 1), 100))
+
+    def test_faults_without_events(self):
+        """The last of few faults has none, and so no colours."""
+        self.plot("plot_catalogue", self.catalogue(4))
+        self.plot("plot_catalogue", self.path("c.h5"), "--event", "1")
+
+    def test_many_faults(self):
+        """Hypocentres are on one map, north up; a picture of an event has the one fault that slipped."""
+        events = Events(self.catalogue(30))
+        canvas, _ = plot_catalogue.figure(events, [], None)
+        panel, = (axes for axes in canvas.axes if axes.get_title(loc="left") == "Hypocentres")
+        self.assertEqual((panel.get_xlabel(), panel.get_ylabel()), ("east (km)", "north (km)"))
+        np.testing.assert_allclose((panel.get_xlim(), panel.get_ylim()), ((0, 116), (0, 20)), atol=1e-9)
+        dots = next(one for one in panel.collections if len(one.get_offsets()) == 5)
+        np.testing.assert_allclose(np.sort(dots.get_offsets(), axis=0), np.sort(
+            [[8.0, event[1] / 1e3] for event in century.EVENTS], axis=0))
+        self.assertLess(canvas.get_figheight(), 12)
+        canvas = plot_catalogue.event_figure(events, 1)
+        self.assertIn("without 29 faults that slipped by less than 1%", " ".join(canvas._suptitle.get_text().split()))
+        self.assertEqual([own.short for own in planes_of(events)], ["fault 3"])
 
 
 class Cumulative(PictureTest):

@@ -165,22 +165,26 @@ PetscErrorCode SlipFaultResolutionWarn(SlipFault fault)
 {
   const SlipFaultResolution *r = &fault->resolution;
   const char *prefix = SlipFaultPrefix(fault);
+  char cells[128];
   PetscBool critical;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   if (!r->known || r->least >= r->wanted || (critical && !fault->kind.driven)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->mesh.ndim == 1)
+    PetscCall(PetscSNPrintf(cells, sizeof(cells), "-%sfault_mesh", prefix));
+  else
+    PetscCall(PetscSNPrintf(cells, sizeof(cells), "-%sfault_nx, -%sfault_nz", prefix, prefix));
   if (r->zone)
-    PetscCall(
-      SlipWarning("cells of %.4g m are too large for the cohesive zone of %.4g m: it has %.3g cells, expected at "
-                  "least %d (Day et al. 2005), and %.3g %% of the cells that weaken can fail alone. Use smaller "
-                  "cells (-%sfault_nx, -%sfault_nz), or a larger -%sfault_friction_slip",
-                  (double)r->cell, (double)r->length, (double)r->least, CELLS_OF_ZONE, (double)(100 * r->alone), prefix,
-                  prefix, prefix));
+    PetscCall(SlipWarning(
+      "cells of %.4g m are too large for the cohesive zone of %.4g m: it has %.3g cells, expected at "
+      "least %d (Day et al. 2005), and %.3g %% of the cells that weaken can fail alone. Use smaller "
+      "cells (%s), or a larger -%sfault_friction_slip",
+      (double)r->cell, (double)r->length, (double)r->least, CELLS_OF_ZONE, (double)(100 * r->alone), cells, prefix));
   else
     PetscCall(SlipWarning("cells of %.4g m are larger than the length of %.4g m over which slip becomes unstable (Rice "
-                          "1993): %.3g %% of the cells that weaken can fail alone. Use smaller cells (-%sfault_nx, "
-                          "-%sfault_nz), or a larger -%sfault_friction_rate",
-                          (double)r->cell, (double)r->length, (double)(100 * r->alone), prefix, prefix, prefix));
+                          "1993): %.3g %% of the cells that weaken can fail alone. Use smaller cells (%s), or a larger "
+                          "-%sfault_friction_rate",
+                          (double)r->cell, (double)r->length, (double)(100 * r->alone), cells, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

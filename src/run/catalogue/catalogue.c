@@ -8,6 +8,7 @@
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* An event is over when all rates are below the bound over this; until then it may continue. Slowly growing rates cross
    the bound repeatedly, in the minute before an event of SEAS BP5 within a factor of 2. A decade is more than that, and
@@ -16,6 +17,7 @@
 /* An energy residual is reported from this share of the energies on. A moment with such an error changes the magnitude
    by 0.01, 2/3 of log10(1.035), its last printed digit. Steps that follow an event leave less than 0.004. */
 #define LARGE_RESIDUAL 0.035
+#define LONGEST_NAME 60 /* of a fault, with its label, on the line of an event */
 
 /* ---- an event ---- */
 
@@ -55,6 +57,21 @@ static PetscReal Residual(PetscReal left, PetscReal elastic, PetscReal dissipate
   return size > 0 ? PetscAbsReal(left * elastic) / size : 0;
 }
 
+/* Writes on which fault an event began: its label and, on rank 0, its name in the mesh's file. */
+static void NameFault(const SlipFaultMesh *mesh, PetscInt label, char text[], size_t size)
+{
+  char key[32];
+  const char *at = mesh->names;
+
+  (void)snprintf(key, sizeof(key), "%lld ", (long long)label);
+  while (at && strncmp(at, key, strlen(key))) {
+    at = strstr(at, "; ");
+    if (at) at += 2;
+  }
+  (void)snprintf(text, size, "fault %.*s", at ? (int)PetscMin(strcspn(at, ";"), LONGEST_NAME) : (int)strlen(key) - 1,
+                 at ? at : key);
+}
+
 /* Closes an event that is over, and prints it. */
 static PetscErrorCode Close(SlipFaultCatalogue cat)
 {
@@ -62,7 +79,7 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   const PetscReal *row = cat->row;
   const PetscReal residual =
     Residual(row[EVENT_ENERGY_RESIDUAL], row[EVENT_ELASTIC_ENERGY], row[EVENT_DISSIPATED_ENERGY]);
-  char when[32], lasted[32], where[32] = "", across[32] = "", off[48] = "", line[256];
+  char when[32], lasted[32], where[LONGEST_NAME + 16] = "", across[32] = "", off[48] = "", line[384];
 
   PetscFunctionBegin;
   PetscCall(SlipCatalogueAdd(cat));
@@ -71,15 +88,15 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   fault->run->events++;
   SlipTimeText(fault->loads.origin + row[EVENT_ONSET], 7, when, sizeof(when));
   SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
-  if (fault->mesh.faults > 1) (void)snprintf(where, sizeof(where), "fault %lld  ", (long long)row[EVENT_FAULT]);
+  if (fault->mesh.faults > 1) NameFault(&fault->mesh, (PetscInt)row[EVENT_FAULT], where, sizeof(where));
   if (row[EVENT_Y] != 0) (void)snprintf(across, sizeof(across), "  y %.4g km", (double)row[EVENT_Y] / 1e3);
   if (!(residual < LARGE_RESIDUAL))
     (void)snprintf(off, sizeof(off), "  energy residual %.2g %%", (double)residual * 100);
   (void)snprintf(line, sizeof(line),
-                 "event %lld  t %s  Mw %.2f  %sx %.4g km%s  z %.4g km  slip %.3g m  drop %.3g MPa  %s%s%s\n",
-                 (long long)fault->run->events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3,
-                 across, (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6,
-                 lasted, off, row[EVENT_IMAGES] != 0 ? "  images?" : "");
+                 "event %lld  t %s  Mw %.2f  %s%sx %.4g km%s  z %.4g km  slip %.3g m  drop %.3g MPa  %s%s%s\n",
+                 (long long)fault->run->events, when, (double)row[EVENT_MAGNITUDE], where, where[0] ? "  " : "",
+                 (double)row[EVENT_X] / 1e3, across, (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP],
+                 (double)row[EVENT_STRESS_DROP] / 1e6, lasted, off, row[EVENT_IMAGES] != 0 ? "  images?" : "");
   PetscCall(PetscPrintf(fault->comm, "%s", line));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

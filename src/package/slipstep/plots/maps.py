@@ -39,7 +39,7 @@ def edges(centres, others, length=None):
 def aspect_of(extent):
     """Of a map with these limits: equal scales, unless the fault would be a line, as those of nearly two dimensions."""
     x0, x1, z0, z1 = extent
-    return "equal" if 0.1 < (z1 - z0) / (x1 - x0) < 10 else "auto"
+    return "equal" if 0.1 < abs((z1 - z0) / (x1 - x0)) < 10 else "auto"
 
 
 class Plane:

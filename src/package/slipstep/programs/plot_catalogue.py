@@ -10,8 +10,9 @@ import argparse
 import os
 
 import numpy as np
-from matplotlib.collections import EllipseCollection
+from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.ticker import MaxNLocator
+from ..geometry.cells import corners_of, mesh_cells
 from ..plots.cumulative import courses, draw_cumulative, warn
 from ..plots.maps import Span, aspect_of, colour_bar, extent_of, frames_of, planes_of
 from ..plots.panels import RUN_STYLES, log_scale, plt, use_style, wrapped
@@ -24,6 +25,8 @@ from ..times import Clock, seconds, written
 
 MANY = 300  # events, beyond which only the largest have stems
 FAULTS = len(RUN_STYLES)  # up to which each has a colour
+MANY_PLANES = 6  # of a network, beyond which hypocentres are on a map, and an event has those that slipped
+SLIPPED = 0.01  # of the largest slip
 MANY_CIRCLES = 60  # events, beyond which only the largest have circles
 CIRCLES = 5  # so many
 BESIDE = 6.0  # inches, of the panels of hypocentres beside the frequencies
@@ -88,9 +91,21 @@ def draw_frequency(axes, events):
     axes.set_ylim(0.7, max(0.7 * (len(magnitude) / 0.7) ** 1.35, 12))
 
 
+def seen_from_above(events):
+    """Corners of the cells [n, 3 or 4, 2], north and east [m]."""
+    mesh = events.mesh
+    corners = mesh["vertices"][mesh["triangles"]] if "triangles" in mesh else corners_of(mesh_cells(mesh))
+    return corners[..., :2]
+
+
 def hypocentres(events):
-    """Of each panel limits, title, labels, rows of events and places [km]; vertical planes along x share one."""
+    """Of each panel limits, title, labels, rows of events and places [km]; vertical planes along x share one. Of many
+    planes the panel is a map, whose limits have the north above."""
     planes = planes_of(events)
+    if len(planes) > MANY_PLANES:
+        north, east = seen_from_above(events).reshape(-1, 2).T / 1e3
+        return [((east.min(), east.max(), north.max(), north.min()), "", "east (km)", "north (km)",
+                 np.arange(len(events)), events["y"] / 1e3, events["x"] / 1e3)]
     if not {"dip", "down_dip"} & set(events.mesh) and not events.attributes.get("strike", 0):
         return [(extent_of(planes), "", planes[0].along_label, planes[0].down_label, np.arange(len(events)),
                  events["x"] / 1e3, events["z"] / 1e3)]
@@ -126,8 +141,13 @@ def draw_places(canvas, panels, events):
     middle, half = (least + most) / 2, max(most - least, LEAST_SPAN) / 2
     norm = plt.Normalize(middle - half, middle + half)
     colours = plt.get_cmap("viridis_r")
-    if aspect_of(places[0][0]) == "auto":
-        sized[:] = False  # circles would be none
+    above = len(planes_of(events)) > MANY_PLANES
+    if aspect_of(places[0][0]) == "auto" or above:
+        sized[:] = False  # circles would be none, or seen from the side
+    if above:
+        panels[0].add_collection(PolyCollection(seen_from_above(events)[..., ::-1] / 1e3, facecolor="0.85",
+                                                edgecolor="0.7", linewidth=0.8, rasterized=True))
+    drawn = []
     for axes, (frame, name, along, down, rows, x, z) in zip(panels, places):
         order = np.argsort(events["area"][rows])
         rows, x, z = rows[order], x[order], z[order]
@@ -137,8 +157,8 @@ def draw_places(canvas, panels, events):
                                     offset_transform=axes.transData, edgecolors=colours(norm(magnitude[large])),
                                     facecolors="none", linewidths=1.2, zorder=4)
         axes.add_collection(circles)
-        dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours,
-                            s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3)
+        drawn.append(axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours,
+                                  s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3))
         x0, x1, z0, z1 = frame
         axes.set(xlabel=along if axes is panels[-1] else "", ylabel=down, aspect=aspect_of(frame), xlim=(x0, x1),
                  ylim=(z1, z0))
@@ -153,12 +173,13 @@ def draw_places(canvas, panels, events):
     if sized.any():
         title += (f", circle{'s' * int(sized.sum() > 1)} of "
                   f"{'the ruptured area' if sized.all() else f'{sized.sum()} of {len(events)} ruptured areas'}")
-    elif aspect_of(places[0][0]) == "equal":
+    elif aspect_of(places[0][0]) == "equal" and not above:
         title += (": the ruptured area is too large for a circle" if len(events) == 1
                   else ": ruptured areas are too large for circles")
     panels[0].set_title("\n".join(filter(None, (title, panels[0].get_title(loc="left")))))
     if len(events) > 1:
-        colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0],
+        most = max(drawn, key=lambda dots: len(dots.get_offsets()))  # a plane without events has no colours
+        colour_bar(canvas, most, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0],
                    location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
@@ -167,8 +188,9 @@ def figure(events, lines, years):
     use_style()
     tall = [4.6 if course.line.along == "strike" else 5.4 for course in lines]
     frames = [frame for frame, *_ in hypocentres(events)]
-    ratios = [float(np.clip((z1 - z0) / (x1 - x0), 0.1, 1.5)) for x0, x1, z0, z1 in frames]
-    middle = max(4.2, sum(BESIDE * ratio + ROOM for ratio in ratios) if len(frames) > 1 else 0.0)
+    ratios = [float(np.clip(abs((z1 - z0) / (x1 - x0)), 0.1, 1.5)) for x0, x1, z0, z1 in frames]
+    middle = max(4.2, sum(BESIDE * ratio + ROOM for ratio in ratios)
+                 if len(frames) > 1 or len(planes_of(events)) > MANY_PLANES else 0.0)
     canvas = plt.figure(figsize=(WIDTH, 3.0 + middle + sum(tall)), layout="constrained")
     grid = canvas.add_gridspec(2 + len(lines), 2, height_ratios=[3.0, middle, *tall], width_ratios=(1, 1.35))
     clock = Clock(0.0, max(events["end"].max(), *(course.times[-1] for course in lines), 0.0), years)
@@ -196,9 +218,20 @@ def broken_faults(events, number):
                                   in names[1:]]).replace("fault ", "faults " if len(names) > 1 else "fault ", 1) + ", "
 
 
+def leave_out(events, slip, cell):
+    """Of many planes those that hardly slipped in an event, nor have its hypocentre, are not drawn; how many."""
+    planes = planes_of(events)
+    if len(planes) <= MANY_PLANES:
+        return 0
+    least = SLIPPED * np.abs(slip).max()
+    events.drawn = [plane for plane in planes if np.abs(slip[plane.cells]).max() > least or cell in plane.cells]
+    return len(planes) - len(events.drawn)
+
+
 def event_figure(events, number):
     """Slip of one event with contours of the time of rupture."""
     slip, broke = events.map_of("slip", number), events.map_of("rupture_time", number)
+    left = leave_out(events, slip, events["cell"][number])
     layout = Layout(events, 1, 1)
     block = layout.fill(layout.canvas)[0]
     kind = KINDS["slip"]
@@ -221,7 +254,9 @@ def event_figure(events, number):
                                    f"{broken_faults(events, number)}"
                                    + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
                                    + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, "
-                                     f"{duration:{'.3g' if duration < 999.5 else '.0f'}} s", WIDTH, TITLE))
+                                     f"{duration:{'.3g' if duration < 999.5 else '.0f'}} s"
+                                   + (f"; without {left} faults that slipped by less than {SLIPPED:.0%} of the most"
+                                      if left else ""), WIDTH, TITLE))
     return layout.canvas
 
 
