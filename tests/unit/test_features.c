@@ -67,6 +67,13 @@ static const struct {
   [FEATURE_RATE] = {"-fault_initial rate"},
   [FEATURE_LOADING] = {"-fault_loading_rate 1e-9"},
   [FEATURE_STRESSING] = {"-fault_stressing_rate 1"},
+  [FEATURE_REGIONAL] = {"-fault_regional_stress 2e7,2e7,2e7,-1.21e7,0,0 "
+                        "-fault_regional_stress_gradient 9.81e3,9.81e3,9.81e3,0,0,0",
+                        "-fault_initial_unstable yes"},
+  [FEATURE_RATIOS] = {"-fault_regional_ratios 1.37,0.63", "-fault_regional_azimuth 135 -fault_initial_unstable yes",
+                      SLIP_FEATURE(AZIMUTH)},
+  [FEATURE_AZIMUTH] = {"-fault_regional_azimuth 136", "-fault_initial_unstable yes"},
+  [FEATURE_REGIONAL_DETAIL] = {"-fault_regional_pressure 0,9.9e3", "-fault_initial_unstable yes"},
   [FEATURE_COUPLED] = {"-fault_normal_coupling yes"},
   [FEATURE_UNCOUPLED] = {"-fault_normal_coupling no"},
   [FEATURE_VECTOR] = {"-fault_slip_components 2"},

@@ -1,5 +1,6 @@
 /* Sets the parameters of each cell: uniform values, or those of -fault_parameters. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultregional.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -136,8 +137,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   Level: intermediate
 
   Notes:
-  A dataset of -fault_parameters overrides the field, which overrides the scalar parameter. The gradient of normal
-  stress is not added to normal stress that is set this way.
+  A dataset of -fault_parameters overrides the field, which overrides -fault_regional_stress, which overrides the
+  scalar parameter. The gradient of normal stress is not added to normal stress that is set this way.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another
   number of cells, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
@@ -191,6 +192,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->fields.given[f]);
   }
   if (fault->options.text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  PetscCall(SlipFaultRegionalSetUp(fault));
 
   /* the law's own parameters cell by cell, and room for its cached values */
   for (PetscInt f = FAULT_NUM_FIELDS; SlipFaultFieldRow(f); f++)
