@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Make the faults of examples/bends.sh and a weak patch on each: a bent strike-slip fault in the format of community fault
-models, and a fault with a branch by Gmsh.
+"""Make the faults of examples/bends.sh and a weak patch on each: a bent strike-slip fault in the format of community
+fault models, and a fault with a branch by Gmsh.
 
     bends.py bend NAME --cell 650       NAME.ts, a GOCAD TSurf of a fault that bends, and NAME_fields.h5
     bends.py branch NAME --cell 650     NAME.msh, physical surfaces "main" and "branch" that share an edge, and

@@ -58,6 +58,7 @@ static const struct {
                              "-fault_initial_rate 0.1 -fault_friction_slip 0.02 -ts_max_time 400"},
   [FEATURE_SLIP_LAW] = {"-fault_state_law slip", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_COMPOSITE_LAW] = {"-fault_state_law composite", "", SLIP_FEATURE(ALWAYS_SLIDES)},
+  [FEATURE_PRZ_LAW] = {"-fault_state_law prz", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_ALPHA] = {"-fault_friction_alpha 0.01", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_HEALING] = {"-fault_healing_time 1000"},
   [FEATURE_CREEP] = {""}, /* a field */

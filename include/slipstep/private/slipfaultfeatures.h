@@ -47,6 +47,8 @@
         f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_SLIP)                                    \
   EARLY(COMPOSITE_LAW, STATE, "-fault_state_law composite",                                                            \
         f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_COMPOSITE)                               \
+  EARLY(PRZ_LAW, STATE, "-fault_state_law prz",                                                                        \
+        f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_PRZ)                                     \
   EARLY(ALPHA, OWN, "-fault_friction_alpha", f->friction.law->always_slides &&AnyCell(f, FIELD_FRICTION_ALPHA))        \
   EARLY(HEALING, OWN, "-fault_healing_time", AnyCell(f, FIELD_HEALING_TIME))                                           \
   EARLY(CREEP, OWN, "-fault_creep", AnyCell(f, FIELD_CREEP))                                                           \

@@ -161,6 +161,22 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses cells without an evolution effect under the law whose state is what friction follows, in units of b. */
+static PetscErrorCode CheckEvolution(SlipFault fault)
+{
+  PetscInt count = 0;
+
+  PetscFunctionBegin;
+  if (fault->friction.law->rate != SlipStrongRate) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) count += fault->fields.cell[FIELD_FRICTION_B][i] == 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, fault->comm));
+  PetscCheck(!count, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_friction_b is 0 in %" PetscInt_FMT " of %" PetscInt_FMT
+             " cells, expected a number > 0 with -%sfault_friction_law %s",
+             SlipFaultPrefix(fault), count, fault->mesh.N, SlipFaultPrefix(fault), fault->friction.law->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -206,6 +222,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     for (PetscInt i = 0; i < 4 * fault->mesh.n; i++) fault->friction.known[i] = (PetscReal)NAN;
   }
 
+  PetscCall(CheckEvolution(fault));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     low = PetscMin(low, fault->fields.cell[FIELD_NORMAL_STRESS][i]);
     any = any || fault->fields.cell[FIELD_LOADING_RATE][i] != 0;

@@ -162,8 +162,8 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law",
                           PROBLEM},
-  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|composite|",
-                       "Evolution of the state of rate-and-state friction", PROBLEM},
+  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|composite|prz|",
+                       "Evolution of the state of rate-and-state friction; prz: Perrin, Rice and Zheng", PROBLEM},
   [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
                     "What answers slip: static, at once, by stiffness and viscosity; or a type of "
                     "SlipElasticRegister()",

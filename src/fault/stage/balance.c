@@ -71,8 +71,10 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
 
 static PetscErrorCode ChooseStateLaw(SlipFault fault)
 {
-  static const char *const names[] = {
-    [SLIP_STATE_AGING] = "aging", [SLIP_STATE_SLIP] = "slip", [SLIP_STATE_COMPOSITE] = "composite"};
+  static const char *const names[] = {[SLIP_STATE_AGING] = "aging",
+                                      [SLIP_STATE_SLIP] = "slip",
+                                      [SLIP_STATE_COMPOSITE] = "composite",
+                                      [SLIP_STATE_PRZ] = "prz"};
 
   PetscFunctionBegin;
   for (int k = 0; k < (int)PETSC_STATIC_ARRAY_LENGTH(names); k++) {
