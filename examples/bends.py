@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Make the faults of examples/bends.sh and their stress: a bent strike-slip fault in the format of community fault
-models, and a fault with a branch by Gmsh.
+"""Make the faults of examples/bends.sh and a weak patch on each: a bent strike-slip fault in the format of community
+fault models, and a fault with a branch by Gmsh.
 
     bends.py bend NAME --cell 650       NAME.ts, a GOCAD TSurf of a fault that bends, and NAME_fields.h5
     bends.py branch NAME --cell 650     NAME.msh, physical surfaces "main" and "branch" that share an edge, and
@@ -24,10 +24,8 @@ BEND, WITHIN = 10.0, (10e3, 14e3)
 FORK, TURN, REACH = 12e3, -15.0, 10e3  # where the branch begins, its strike, to the left, and its length
 ORIGIN = 400e3, 3770e3  # of the bent fault, east and north: coordinates are those of a map
 JITTER = 0.2  # of cells: how far vertices within the fault are moved, so that triangles are of any shape
-# of the region, north and east [Pa]: 76 MPa drive left-lateral slip of a fault that strikes north
-STRESS = np.array([[-220e6, 76e6], [76e6, -120e6]])
-STATIC = 0.525 + 0.152  # friction, as in bends.opts
-PATCH, EXCESS = (5e3, 5e3, 4e3), 1.01  # distance along strike, depth and radius [m]; over the strength
+RESIDUAL, WEAK = 0.525, 0.475  # friction; in the patch with its drop of 0.152 below 76 MPa over 120 MPa of the stress
+PATCH = 5e3, 5e3, 4e3  # distance along strike, depth and radius [m]
 
 
 def bend(name, cell):
@@ -89,18 +87,11 @@ def branch(name, cell):
     return corners
 
 
-def write_stress(path, corners):
-    """What the stress of the region is on vertical triangles, and in the patch more than their strength."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, :2]
-    across /= np.linalg.norm(across, axis=1)[:, None]
-    # the strike to the left of which that is; both signs give the same
-    along = np.stack([across[:, 1], -across[:, 0]], axis=1)
-    normal = -np.einsum("ni,ij,nj->n", across, STRESS, across)
-    shear = np.einsum("ni,ij,nj->n", along, STRESS, across)
+def write_friction(path, corners):
+    """Residual friction, which in the patch leaves less strength than the shear stress there."""
     north, _, depth = corners.mean(axis=1).T
     patch = np.hypot(north - PATCH[0], depth - PATCH[1]) < PATCH[2]
-    write_fields(path, {"normal_stress": (normal, "Pa"),
-                        "initial_traction": (np.where(patch, EXCESS * STATIC * normal, shear), "Pa")})
+    write_fields(path, {"friction_residual": (np.where(patch, WEAK, RESIDUAL), "1")})
 
 
 def main():
@@ -112,7 +103,7 @@ def main():
     if not 0 < a.cell <= DEPTH / 4:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {DEPTH / 4:g}")
     with one_line():
-        write_stress(f"{a.name}_fields.h5", {"bend": bend, "branch": branch}[a.work](a.name, a.cell))
+        write_friction(f"{a.name}_fields.h5", {"bend": bend, "branch": branch}[a.work](a.name, a.cell))
 
 
 if __name__ == "__main__":

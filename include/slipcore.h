@@ -30,8 +30,9 @@ typedef struct {
 
 /* ---- friction.c: friction laws, and the strength of a stage that follows from them ---- */
 /* How the state of rate-and-state friction evolves: with time or with slip (Ruina 1983), or with slip, and with time at
-   low rates (Kato and Tullis 2001). The choices of -fault_state_law in this order, which kernels of devices use */
-typedef enum { SLIP_STATE_AGING, SLIP_STATE_SLIP, SLIP_STATE_COMPOSITE } SlipStateLaw;
+   low rates (Kato and Tullis 2001), or with time, squared (Perrin, Rice and Zheng 1995). The choices of
+   -fault_state_law in this order, which kernels of devices use */
+typedef enum { SLIP_STATE_AGING, SLIP_STATE_SLIP, SLIP_STATE_COMPOSITE, SLIP_STATE_PRZ } SlipStateLaw;
 /* Friction parameters of one cell */
 typedef struct {
   PetscReal residual;       /* mu_d */

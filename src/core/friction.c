@@ -76,6 +76,13 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
    .steady = SlipRateAndStateSteady, .drift = SlipRateAndStateDrift, .direct = SlipRateAndStateDirect,
    .balance = SlipRateAndStateBalance, .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT,
    .values = SlipRateAndStateValues, .reads = "slip a b alpha reference reference_rate"},
+  {"strong_rate_weakening", SlipRateAndState,
+   "a asinh(|v|/(2 V0) exp(psi/a)), psi = f0 + b ln(V0 theta/slip), of "
+   "which the state towards f_w at rates above V_w",
+   .by_rate = PETSC_TRUE, .always_slides = PETSC_TRUE, .states = Theta, .nstates = 1, .rate = SlipStrongRate,
+   .steady = SlipStrongSteady, .own = SlipStrongParameters, .drift = SlipStrongDrift, .direct = SlipRateAndStateDirect,
+   .balance = SlipStrongBalance, .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT,
+   .values = SlipRateAndStateValues, .reads = "slip a b alpha reference reference_rate"},
   {.name = NULL},
 };
 

@@ -7,6 +7,8 @@
      dpsi/dt = -V/d_c (ln(V/V0) + psi)                     slip law, dtheta/dt = -(V theta/d_c) ln(V theta/d_c)
      dpsi/dt = V0/d_c exp(-psi - V/V_c) - V/d_c (ln(V/V0) + psi)
                           composite law (Kato & Tullis 2001), dtheta/dt = exp(-V/V_c) - (V theta/d_c) ln(V theta/d_c)
+     dpsi/dt = V0/d_c exp(-psi) - V^2/(4 d_c V0) exp(psi)
+                          law of Perrin, Rice & Zheng (1995), dtheta/dt = 1 - (V theta/(2 d_c))^2
 
   where normal stress changes the state by alpha/b ln(sigma/sigma0) (Linker & Dieterich 1992: d psi/dt is that of the
   law minus alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the law
@@ -52,6 +54,15 @@ void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal 
   const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - *s, SLIP_MOST_HEALING));
   PetscReal excess;
 
+  if (p->state_law == SLIP_STATE_PRZ) {
+    const PetscReal fall =
+      v * v / (4 * p->slip * p->reference_rate) * PetscExpReal(PetscMin(*s - p->shift, SLIP_MOST_HEALING));
+
+    *rate = aging - fall;
+    *drate_ds = -aging - fall;
+    *drate_dv = v > 0 ? -2 * fall / v : 0;
+    return;
+  }
   if (p->state_law != SLIP_STATE_AGING) {
     excess = v > 0 ? PetscLogReal(v / p->reference_rate) + *s - p->shift : 0;
     *rate = -v / p->slip * excess;
@@ -80,8 +91,8 @@ PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, 
   return alpha > 0 ? alpha / b * PetscLogReal(PetscMax(stress / start, LEAST_STRESS)) : 0;
 }
 
-/* The steady state: theta = d_c/V. By the composite law y = ln(V theta/d_c) has y exp(y) = exp(-V/V_c): it is 0.567 far
-   below the cut-off rate, and 0 far above it. */
+/* The steady state: theta = d_c/V, or twice that by the law of Perrin, Rice and Zheng. By the composite law y = ln(V
+   theta/d_c) has y exp(y) = exp(-V/V_c): it is 0.567 far below the cut-off rate, and 0 far above it. */
 void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
   PetscReal unused;
@@ -89,6 +100,7 @@ void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
   *s = PetscLogReal(p->reference_rate / v) + p->shift;
   if (p->state_law == SLIP_STATE_COMPOSITE)
     *s += SlipLambertOfExp(PetscMax(-v / p->cutoff_rate, SLIP_LEAST_LOG), &unused);
+  if (p->state_law == SLIP_STATE_PRZ) *s += PetscLogReal(2);
 }
 
 /* theta [s] of psi, the state in outputs */
@@ -280,6 +292,13 @@ SLIP_VECTOR static void CompositeChunk(PetscInt n, PetscReal V0, PetscReal cutof
   for (PetscInt i = 0; i < n; i++) ds[i] = SlipCompositeRate(V0, inverse, slip[i], s[i], PetscAbsReal(v[i]));
 }
 
+/* dpsi/dt of the law of Perrin, Rice and Zheng */
+SLIP_VECTOR static void PrzChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
+                                 const PetscReal *restrict v, PetscReal *restrict ds)
+{
+  for (PetscInt i = 0; i < n; i++) ds[i] = SlipPrzRate(V0, slip[i], s[i], PetscAbsReal(v[i]));
+}
+
 /* dpsi/dt by the law of the state */
 static void RatesChunk(const SlipFrictionCells *f, PetscInt n, const PetscReal slip[], const PetscReal s[],
                        const PetscReal v[], PetscReal ds[])
@@ -293,6 +312,9 @@ static void RatesChunk(const SlipFrictionCells *f, PetscInt n, const PetscReal s
     break;
   case SLIP_STATE_COMPOSITE:
     CompositeChunk(n, f->reference_rate, f->cutoff_rate, slip, s, v, ds);
+    break;
+  case SLIP_STATE_PRZ:
+    PrzChunk(n, f->reference_rate, slip, s, v, ds);
     break;
   }
 }
@@ -407,13 +429,13 @@ void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt str
 }
 
 /* Computes psi of n cells after h at constant rates, exactly: theta approaches its steady value d_c/v exponentially by
-   the aging law, as its logarithm does by the slip law. The composite law has no such formula. */
+   the aging law, as its logarithm does by the slip law. Other laws have no formula here. */
 PetscBool SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                 PetscInt stride, PetscReal s[])
 {
   const PetscReal V0 = f->reference_rate;
 
-  if (f->state_law == SLIP_STATE_COMPOSITE) return PETSC_FALSE;
+  if (f->state_law != SLIP_STATE_AGING && f->state_law != SLIP_STATE_SLIP) return PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal rate = PetscAbsReal(v[i]), x = rate * h / f->slip[i], left = PetscExpReal(-x),
                     shift = f->alpha ? SlipRateAndStateShift(f->alpha[i], f->b[i], f->stress[i], f->start[i]) : 0,

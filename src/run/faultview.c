@@ -21,18 +21,17 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 
 /* Prints the values of a parameter in use: least, mean (by area) and largest of all cells, and their origin unless it
    is the scalar of this name. */
-static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
+static PetscErrorCode ViewField(SlipFault fault, const char name[], const char unit[], const PetscReal x[],
+                                const char from[], PetscViewer viewer)
 {
-  const SlipParameter *p = SlipFaultFieldRow(f);
-  const char *from = fault->fields.source[f];
   PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sums[2] = {0, 0}; /* least, and least of the negative */
   char text[128];
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    range[0] = PetscMin(range[0], fault->fields.cell[f][i]);
-    range[1] = PetscMin(range[1], -fault->fields.cell[f][i]);
-    sums[0] += fault->mesh.weight[i] * fault->fields.cell[f][i];
+    range[0] = PetscMin(range[0], x[i]);
+    range[1] = PetscMin(range[1], -x[i]);
+    sums[0] += fault->mesh.weight[i] * x[i];
     sums[1] += fault->mesh.weight[i];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
@@ -42,7 +41,7 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
   else
     (void)snprintf(text, sizeof(text), "least %g, mean %g, largest %g", (double)range[0], (double)(sums[0] / sums[1]),
                    (double)-range[1]);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, text, p->unit, from ? " (from " : "",
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", name, text, unit, from ? " (from " : "",
                                    from ? from : "", from ? ")" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -123,7 +122,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
 
     if (fault->setup && field >= 0 && !SlipFaultHasField(fault, field)) continue;
     if (fault->setup && field >= 0) {
-      PetscCall(ViewField(fault, field, viewer));
+      PetscCall(ViewField(fault, p->name, p->unit, fault->fields.cell[field], fault->fields.source[field], viewer));
       continue;
     }
     if (fault->setup && i == FAULT_NORMAL_STRESS_GRADIENT) continue; /* part of the normal stress, or replaced */
@@ -134,6 +133,8 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, number, p->unit, why[0] ? "(" : "", why,
                                      why[0] ? ")" : ""));
   }
+  if (fault->setup && fault->fields.tendency)
+    PetscCall(ViewField(fault, "slip_tendency", "", fault->fields.tendency, fault->fields.regional, viewer));
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
                                      fault->options.text[i][0] ? SlipFaultGetText(fault, i) : "(none)"));

@@ -176,6 +176,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(PetscViewerDestroy(&f->options.stiffness_viewer));
   for (PetscInt i = 0; i < FAULT_MAX_FIELDS; i++) PetscCall(PetscFree(f->fields.cell[i]));
   for (PetscInt i = 0; i < FAULT_MAX_FIELDS; i++) PetscCall(PetscFree(f->fields.given[i]));
+  PetscCall(PetscFree(f->fields.tendency));
   PetscCall(PetscFree(f->friction.own));
   PetscCall(PetscFree(f->friction.known));
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) PetscCall(PetscFree(f->options.longer[i]));

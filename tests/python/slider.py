@@ -10,10 +10,11 @@ STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
 
 class Slider:
     def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15,
-                 cut_off=np.inf, ramp=0, alpha=0, cutoff_rate=np.inf):
+                 cut_off=np.inf, ramp=0, alpha=0, cutoff_rate=np.inf, weakened=0.2, weakening_rate=0.1):
         self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
             Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
         self.law, self.tolerance, self.cutoff_rate = law, Real(tolerance), Real(cutoff_rate)
+        self.weakened, self.weakening_rate = Real(weakened), Real(weakening_rate)  # of strong rate weakening
         self.floor = self.V0 / Real(cut_off)  # V0 theta/d_c of examples/friction_law.c is as if it were larger by that
         # d sigma/dt [Pa/s], and what it does to the state (Linker & Dieterich 1992)
         self.ramp, self.alpha = Real(ramp), Real(alpha)
@@ -23,6 +24,12 @@ class Slider:
         V = np.exp(y[0])
         if self.law == "aging":
             state = self.V0 / self.slip * np.exp(-y[1]) - V / self.slip
+        elif self.law == "prz":
+            theta = self.slip / self.V0 * np.exp(y[1])
+            state = (1 - (V * theta / (2 * self.slip)) ** 2) / theta
+        elif self.law == "strong_rate_weakening":  # psi of Noda, Dunham and Rice (2009) is f0 + b y[1]
+            steady = self.a * np.log(2 * self.V0 / V * np.sinh(self.strong(V) / self.a))
+            state = -V / self.slip * (self.reference + self.b * y[1] - steady) / self.b
         else:
             state = -V / self.slip * (y[0] - np.log(self.V0) + y[1])
             if self.law == "composite":
@@ -36,6 +43,11 @@ class Slider:
         by_stress = self.a * np.log(x + np.sqrt(1 + x * x)) * self.ramp
         return np.array([(-self.K * (V - self.loading) - by_stress - y[3] * self.b * share * state * age
                           / (age + self.floor)) / by_log_rate, state, V - self.loading, self.ramp], dtype=Real)
+
+    def strong(self, V):
+        """Steady friction of strong rate weakening"""
+        low = self.reference - (self.b - self.a) * np.log(V / self.V0)
+        return self.weakened + (low - self.weakened) / (1 + (V / self.weakening_rate) ** 8) ** Real(0.125)
 
     def friction(self, log_rate, psi):
         x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * np.log(np.exp(psi) + self.floor))

@@ -44,8 +44,9 @@ def declared(code):
 
 
 def fault_table(code):
-    # numbers, choices; switches
-    return re.findall(r'(?:\[FAULT_\w+\]\s*=\s*\{|^  \{)"(\w+)"', code["src/fault/setup/parameters.c"], re.M)
+    # numbers, choices; switches; rows that a header has
+    rows = code["src/fault/setup/parameters.c"] + code["include/slipstep/private/slipfaultregional.h"]
+    return re.findall(r'(?:\[FAULT_\w+\]\s*=[\s\\]*\{[\s\\]*|^  \{)"(\w+)"', rows, re.M)
 
 
 def read(code):
@@ -61,7 +62,7 @@ class Options(ScriptTest):
     @classmethod
     def setUpClass(cls):
         cls.code = {}
-        for folder in ("src", "examples", "training"):
+        for folder in ("src", "examples", "training", "include"):
             for path in glob.glob(os.path.join(SOURCE, folder, "**", "*.[ch]"), recursive=True):
                 with open(path, encoding="utf-8") as file:
                     cls.code[os.path.relpath(path, SOURCE)] = file.read()

@@ -362,6 +362,24 @@ class FieldsTest(PictureTest):
         _, linear = resample(np.array([0.0, 1.0, 3.0]), np.array([[0.0], [1.0], [5.0]]), 3, False)
         np.testing.assert_allclose(linear.ravel(), (0.5, 2, 4))
 
+    def test_parameters_of_cells_are_fields_of_one_row(self):
+        """A dataset of /mesh with a number for each cell; of irregular cells, too. What else is there is no field."""
+        for name, more in (("run.h5", {}), ("mesh.h5", {"cells": century.graded(), "planes": 2})):
+            path = century.write_run(self.path(name), step=1.0, **more)
+            run = Run(path)
+            shape = (len(run.mesh["x"]),) if run.planes else run.shape
+            tendency = np.random.default_rng(1).random(shape)
+            with h5py.File(path, "r+") as file:
+                file["mesh/slip_tendency"] = tendency
+                file["mesh/odd"] = np.zeros(3)
+            run = Run(path)
+            fields = Fields(run, "slip_tendency")
+            np.testing.assert_array_equal(fields.times, [0])
+            np.testing.assert_array_equal(fields.maps([0]), tendency[np.newaxis])
+            np.testing.assert_array_equal(fields.outer()[0], tendency)
+            with self.assertRaisesRegex(OutputError, "field odd was not stored"):
+                Fields(run, "odd")
+
     def test_maps_of_another_shape_are_refused(self):
         path = century.write_run(self.path("run.h5"))
         with h5py.File(path, "r+") as file:

@@ -34,11 +34,16 @@ RUNS = {"event": (EVENT, 12),
         "waves": (EVENT.split(" -ts_adapt")[0]
                   + " -fault_medium waves -fault_kernel full_space -fault_initial traction "
                   "-fault_initial_traction 1e8 " "-fault_initial_unstable", 12),
+        "regional": (EVENT + " -fault_dip 60 -fault_regional_stress 6e7,8e7,5e7,-5e7,0,0 "
+                     "-fault_regional_stress_gradient 0,0,0,0,10,0 -fault_initial_unstable", 12),
+        "ratios": (EVENT + " -fault_dip 30 -fault_rake 90 -fault_regional_ratios 3.4,1.1 -fault_regional_azimuth 80 "
+                   "-fault_initial_unstable", 12),
         "lanczos": (EVENT + " -fault_viscosity lanczos", 12),
         "hmat": (EVENT + " -fault_operator hmat", 12),
         "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
         "smooth": (SMOOTH, 12),
         "composite": (SMOOTH + " -fault_state_law composite", 12),
+        "strong": (SMOOTH.replace("rate_and_state", "strong_rate_weakening"), 12),
         "transforms": (SMOOTH + " -fault_operator fft", 12),
         "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 "
                    "-fault_healing_time 100", 12),
@@ -92,6 +97,8 @@ TABLE = {
     "fault_friction_law": ("event", "linear_slip_weakening"),
     "fault_state_law": ("smooth", "slip"),
     "fault_state_cutoff_rate": ("composite", "2e-8"),
+    "fault_friction_weakened": ("strong", "0.3"),
+    "fault_friction_weakening_rate": ("strong", "0.2"),
     "fault_medium": ("waves", "static"),
     "fault_kernel": ("event", "full_space"),
     "fault_normal_coupling": ("thrust", "no"),
@@ -108,6 +115,12 @@ TABLE = {
     "fault_pore_pressure": ("record", "other_pressure.h5"),
     "fault_event_rate": ("event", "1e-2", REFUSED),  # by the catalogue
     "fault_injection": ("injection", "1600,1500"),
+    "fault_regional_stress": ("regional", "6e7,8e7,5e7,-5.1e7,0,0"),
+    "fault_regional_stress_gradient": ("regional", "0,0,0,0,100,0"),
+    "fault_regional_ratios": ("ratios", "3.4,1.2"),
+    "fault_regional_azimuth": ("ratios", "85"),
+    "fault_regional_pressure": ("ratios", "none"),
+    "fault_regional_rake": ("ratios", "shear"),
     "fault_inertia": ("event", "no -fault_viscosity sqrtm"),
     "fault_opening": ("thrust", "yes -fault_slip_components 2 -fault_initial traction"),
     "ts_type": ("smooth", "rk", REFUSED),
@@ -274,7 +287,8 @@ def go_on(option):
     lines = (done.stdout + done.stderr).splitlines()
     told = f"{option.removeprefix('fault_')} is .*, was "
     mesh = "mesh is .*, was " if "_mesh" in option else told
-    fields = f"({mesh}|(normal_stress|friction_drop|stiffness) is .*, was )"  # what follows from the option
+    # what follows from the option
+    fields = f"({mesh}|(normal_stress|initial_traction|friction_drop|stiffness) is .*, was )"
     for line in lines:
         if (done.returncode
             and re.search(rf"error: -fault_(restart state is the checkpoint of another run: .*)?{fields}", line)):

@@ -43,7 +43,8 @@ class SpringSlider(FaultTest):
         the quiet after it, and through a second one after 5.24e8 s. 1e-10, relative: local errors of 1e-13 in a
         thousand steps, and roundings of a traction by 1e-16, of which T/(a sigma), 60 times as much, is that of a slip
         rate."""
-        for law, ends in (("aging", (6e6, 5.3e8)), ("slip", (6e6,)), ("composite", (6e6,))):
+        for law, ends in (("aging", (6e6, 5.3e8)), ("slip", (6e6,)), ("composite", (6e6,)), ("prz", (6e6,)),
+                          ("strong_rate_weakening", (6e6,))):
             slider = Slider(0.5 * CRITICAL, ETA, SIGMA, A, B, SLIP, F0, V0, LOADING, law, cutoff_rate=CUTOFF)
             psi = np.log(V0 / LOADING)
             if law == "composite":
@@ -51,11 +52,17 @@ class SpringSlider(FaultTest):
                 for _ in range(20):
                     y -= (y - np.exp(-LOADING / CUTOFF - y)) / (1 + np.exp(-LOADING / CUTOFF - y))
                 psi += y
+            if law == "prz":
+                psi += np.log(2)
+            if law == "strong_rate_weakening":  # the steady state at the loading rate
+                steady = np.float64(slider.strong(LOADING)) / A
+                psi = (A * (np.log(V0 / LOADING) + steady + np.log1p(-np.exp(-2 * steady))) - F0) / B
+            named = ("-fault_friction_law" if law == "strong_rate_weakening" else "-fault_state_law", law)
             for end in ends:
                 log_rate, state, u = slider.run(np.log(np.longdouble(100 * LOADING)), np.longdouble(psi), end, 1e3)
                 for integrator in (("-ts_type", "rk", "-ts_rk_type", "8vr"),
                                    ("-ts_type", "adams", "-ts_adams_max_order", "8")):
-                    self.fault(0.5 * CRITICAL, end, "-fault_initial_rate", repr(100 * LOADING), "-fault_state_law", law,
+                    self.fault(0.5 * CRITICAL, end, "-fault_initial_rate", repr(100 * LOADING), *named,
                                "-ts_rtol", "1e-13", "-ts_adapt_type", "basic", *integrator)
                     last = {key: values[-1] for key, values in self.station().items()}
                     self.assertEqual(last["time"], end)

@@ -8,6 +8,7 @@ static void rates(void **state)
   AssertRates("-fault_device opencl", 0);
   AssertRates("-fault_device opencl -fault_state_law slip -fault_kernel full_space", 0);
   AssertRates("-fault_device opencl -fault_state_law composite", 0);
+  AssertRates("-fault_device opencl -fault_state_law prz", 0);
   AssertRates("-fault_device opencl -fault_state_law composite -fault_state_cutoff_rate 1e-3 -fault_slip_components 2 "
               "-fault_rake 30",
               0);

@@ -58,6 +58,7 @@ static const struct {
                              "-fault_initial_rate 0.1 -fault_friction_slip 0.02 -ts_max_time 400"},
   [FEATURE_SLIP_LAW] = {"-fault_state_law slip", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_COMPOSITE_LAW] = {"-fault_state_law composite", "", SLIP_FEATURE(ALWAYS_SLIDES)},
+  [FEATURE_PRZ_LAW] = {"-fault_state_law prz", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_ALPHA] = {"-fault_friction_alpha 0.01", "", SLIP_FEATURE(ALWAYS_SLIDES)},
   [FEATURE_HEALING] = {"-fault_healing_time 1000"},
   [FEATURE_CREEP] = {""}, /* a field */
@@ -67,6 +68,13 @@ static const struct {
   [FEATURE_RATE] = {"-fault_initial rate"},
   [FEATURE_LOADING] = {"-fault_loading_rate 1e-9"},
   [FEATURE_STRESSING] = {"-fault_stressing_rate 1"},
+  [FEATURE_REGIONAL] = {"-fault_regional_stress 2e7,2e7,2e7,-1.21e7,0,0 "
+                        "-fault_regional_stress_gradient 9.81e3,9.81e3,9.81e3,0,0,0",
+                        "-fault_initial_unstable yes"},
+  [FEATURE_RATIOS] = {"-fault_regional_ratios 1.37,0.63", "-fault_regional_azimuth 135 -fault_initial_unstable yes",
+                      SLIP_FEATURE(AZIMUTH)},
+  [FEATURE_AZIMUTH] = {"-fault_regional_azimuth 136", "-fault_initial_unstable yes"},
+  [FEATURE_REGIONAL_DETAIL] = {"-fault_regional_pressure 0,9.9e3", "-fault_initial_unstable yes"},
   [FEATURE_COUPLED] = {"-fault_normal_coupling yes"},
   [FEATURE_UNCOUPLED] = {"-fault_normal_coupling no"},
   [FEATURE_VECTOR] = {"-fault_slip_components 2"},

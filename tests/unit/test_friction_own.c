@@ -70,7 +70,7 @@ static void late_and_refused(void **state)
     (void)snprintf(names[k], sizeof(names[k]), "many_%d", k);
   }
   bad.own = many;
-  fails(SlipFaultRegisterFrictionLaw(&bad), "many_61 of the friction law bad is one of more than 64");
+  fails(SlipFaultRegisterFrictionLaw(&bad), "many_59 of the friction law bad is one of more than 64");
 
   /* the fault was there before */
   ok(SlipFaultGetReal(fault, "mine_drop", &x));

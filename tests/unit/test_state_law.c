@@ -1,4 +1,5 @@
-/* The composite law of the state of rate-and-state friction: its rate, its steady state and its drift. */
+/* The composite law of the state of rate-and-state friction and that of Perrin, Rice and Zheng: their rates, steady
+   states and drift. */
 #include "../ratestate.h"
 
 static const SlipFriction cell = {.b = 0.03,
@@ -37,6 +38,47 @@ static void rate_of_state(void **state)
                  1e-8 * terms * (1 + PetscMin(x * x * x, 1e4)));
       assert_true(ds < 0);
     }
+}
+
+/* The law of Perrin, Rice and Zheng (1995) likewise, of theta; its cells one by one and many at once; its steady state,
+   2 d_c/V, and a state whose theta is d_c/V, which by 3/4 of a second a second grows. */
+static void perrin(void **state)
+{
+  const long double h = 1e-4L;
+  const PetscReal one[] = {1}, slip[] = {cell.slip};
+  SlipFriction p = cell;
+  SlipFrictionCells f = Cells(one, one, one, slip);
+
+  p.state_law = f.state_law = SLIP_STATE_PRZ;
+  for (PetscReal v = 1e-16; v < 10; v *= 3)
+    for (PetscReal s = -20; s < 25; s += 1.3) {
+      const PetscReal healing = 1e-6 / 0.14 * exp(0.7 - s), fall = v * v * exp(s - 0.7) / (4 * 0.14 * 1e-6);
+      PetscReal rate, ds, dv, got, bare = s - 0.7;
+      long double side[2];
+
+      SlipRateAndStateRate(&p, &s, v, &rate, &ds, &dv);
+      for (int k = 0; k < 2; k++) {
+        const long double theta = 0.14L / 1e-6L * expl(s - 0.7L + (k ? h : -h)), x = v * theta / 0.28L;
+
+        side[k] = (1 - x * x) / theta;
+      }
+      assert_true(fabs(rate - (PetscReal)(0.5L * (side[0] + side[1]))) <= 2e-8 * (healing + fall));
+      AssertNear(ds, (PetscReal)((side[1] - side[0]) / (2 * h)), 1e-8 * (healing + fall));
+      AssertNear(dv * v, -2 * fall, 1e-14 * fall * (10 + fabs(s)));
+      SlipFrictionStateRate(&f, 1, 1, &bare, 1, &v, &got);
+      AssertNear(got, rate, 8 * EPS * (healing + fall) * (10 + fabs(s)));
+    }
+  for (PetscReal v = 1e-20; v < 10; v *= 3) {
+    PetscReal s, rate, ds, dv;
+
+    SlipRateAndStateSteady(&p, v, &s);
+    AssertNear(SlipRateAndStateTheta(&p, s) * v / cell.slip, 2, 1e-13);
+    SlipRateAndStateRate(&p, &s, v, &rate, &ds, &dv);
+    assert_true(fabs(rate) <= 50 * EPS * v / 0.14);
+    s -= log(2);
+    SlipRateAndStateRate(&p, &s, v, &rate, &ds, &dv);
+    AssertNear(rate * SlipRateAndStateTheta(&p, s), 0.75, 1e-13);
+  }
 }
 
 /* Steady states: the rate is 0 to the rounding of its terms, v/d_c times logarithms of up to 40. Far below the cut-off
@@ -91,4 +133,4 @@ static void drift(void **state)
   AssertNear(s, steady, 1e-13);
 }
 
-SLIP_TESTS(rate_of_state, steady_state, drift)
+SLIP_TESTS(rate_of_state, perrin, steady_state, drift)

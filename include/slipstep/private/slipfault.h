@@ -65,6 +65,8 @@ typedef struct {
   PetscInt ngiven[FAULT_MAX_FIELDS];
   PetscReal *cell[FAULT_MAX_FIELDS];    /* [n]; NULL: of a law that was registered after the set-up */
   const char *source[FAULT_MAX_FIELDS]; /* source, for views; NULL: the scalar parameters */
+  const char *regional;                 /* the option that gives the stress of a region; NULL: there is none */
+  PetscReal *tendency;                  /* [n] slip tendency under it, else NULL */
 } SlipFaultCellFields;
 
 /* The positions of a cell's numbers in a state, and in its rates and errors; block numbers per cell. Slip has one

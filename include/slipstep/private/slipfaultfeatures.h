@@ -47,6 +47,8 @@
         f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_SLIP)                                    \
   EARLY(COMPOSITE_LAW, STATE, "-fault_state_law composite",                                                            \
         f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_COMPOSITE)                               \
+  EARLY(PRZ_LAW, STATE, "-fault_state_law prz",                                                                        \
+        f->friction.law->always_slides && f->friction.state_law == SLIP_STATE_PRZ)                                     \
   EARLY(ALPHA, OWN, "-fault_friction_alpha", f->friction.law->always_slides &&AnyCell(f, FIELD_FRICTION_ALPHA))        \
   EARLY(HEALING, OWN, "-fault_healing_time", AnyCell(f, FIELD_HEALING_TIME))                                           \
   EARLY(CREEP, OWN, "-fault_creep", AnyCell(f, FIELD_CREEP))                                                           \
@@ -56,6 +58,12 @@
   EARLY(RATE, START, "-fault_initial rate", !strcmp(f->kind.initial, "rate"))                                          \
   EARLY(LOADING, OWN, "-fault_loading_rate", f->kind.loaded)                                                           \
   EARLY(STRESSING, OWN, "-fault_stressing_rate", AnyCell(f, FIELD_STRESSING_RATE))                                     \
+  EARLY(REGIONAL, OWN, "-fault_regional_stress or -fault_regional_stress_gradient",                                    \
+        Given(f, FAULT_REGIONAL_STRESS) || Given(f, FAULT_REGIONAL_STRESS_GRADIENT))                                   \
+  EARLY(RATIOS, OWN, "-fault_regional_ratios", Given(f, FAULT_REGIONAL_RATIOS))                                        \
+  EARLY(AZIMUTH, OWN, "-fault_regional_azimuth", f->options.value[FAULT_REGIONAL_AZIMUTH] != 0)                        \
+  EARLY(REGIONAL_DETAIL, OWN, "-fault_regional_pressure or -fault_regional_rake",                                      \
+        !Chosen(f, FAULT_REGIONAL_PRESSURE, "hydrostatic") || !Chosen(f, FAULT_REGIONAL_RAKE, "given"))                \
   EARLY(COUPLED, COUPLING, "-fault_normal_coupling yes", Chosen(f, FAULT_NORMAL_COUPLING, "yes"))                      \
   EARLY(UNCOUPLED, COUPLING, "-fault_normal_coupling no", Chosen(f, FAULT_NORMAL_COUPLING, "no"))                      \
   EARLY(VECTOR, OWN, "-fault_slip_components 2", f->options.value[FAULT_SLIP_COMPONENTS] == 2)                         \

@@ -55,6 +55,14 @@ PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const 
 PETSC_EXTERN PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, PetscReal start);
 enum { SLIP_RATE_AND_STATE_KEPT = 4 };
 PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
+/* strongweakening.c */
+PETSC_EXTERN const SlipParameter SlipStrongParameters[];
+PETSC_EXTERN void SlipStrongRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
+                                 PetscReal drate_ds[], PetscReal drate_dv[]);
+PETSC_EXTERN void SlipStrongSteady(const SlipFriction *p, PetscReal v, PetscReal s[]);
+PETSC_EXTERN PetscBool SlipStrongDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
+                                       PetscInt stride, PetscReal s[]);
+PETSC_EXTERN SlipFrictionBalanceFn SlipStrongBalance;
 PETSC_EXTERN SlipFrictionBalanceFn SlipRateAndStateBalance, SlipExponentialWeakeningBalance, SlipFrictionBalance;
 PETSC_EXTERN SlipFrictionValues SlipRateAndStateValues, SlipExponentialWeakeningValues;
 /* Explicit steps let a cell slip once stress exceeds its strength by this fraction. Stress decays exponentially when an

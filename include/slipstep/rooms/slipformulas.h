@@ -287,6 +287,15 @@ SLIP_VECTOR_FORMULA double SlipCompositeRate(double V0, double cutoff_inverse, d
   return V0 / length * SlipExp(healing - speed * cutoff_inverse) + SlipSlipLawRate(1 / V0, length, psi, speed);
 }
 
+/* dpsi/dt of the law of Perrin, Rice and Zheng */
+SLIP_VECTOR_FORMULA double SlipPrzRate(double V0, double length, double psi, double speed)
+{
+  const double healing = -psi < SLIP_MOST_HEALING ? -psi : SLIP_MOST_HEALING;
+  const double most = psi < SLIP_MOST_HEALING ? psi : SLIP_MOST_HEALING, share = 0.5 * speed / V0;
+
+  return V0 / length * (SlipExp(healing) - share * share * SlipExp(most));
+}
+
 /* ---- the exponential integral ---- */
 
 /* e^x E1(x), x > 1, by Lentz' continued fraction (Abramowitz & Stegun 1964, 5.1.22) */

@@ -88,10 +88,11 @@ __kernel void fault_others(int n, int c, double eta, __global const double *rest
   }
 }
 
-enum { AGING, SLIP_LAW, COMPOSITE }; // SlipStateLaw of slipcore.h
+enum { AGING, SLIP_LAW, COMPOSITE, PRZ }; // SlipStateLaw of slipcore.h
 
 static double state_rate(int state_law, double V0, double cutoff, double length, double psi, double speed)
 {
+  if (state_law == PRZ) return SlipPrzRate(V0, length, psi, speed);
   if (state_law == COMPOSITE) return SlipCompositeRate(V0, 1 / cutoff, length, psi, speed);
   return state_law == SLIP_LAW ? SlipSlipLawRate(1 / V0, length, psi, speed) : SlipAgingRate(V0, length, psi, speed);
 }

@@ -1,5 +1,6 @@
 /* Sets the parameters of each cell: uniform values, or those of -fault_parameters. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultregional.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -136,8 +137,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   Level: intermediate
 
   Notes:
-  A dataset of -fault_parameters overrides the field, which overrides the scalar parameter. The gradient of normal
-  stress is not added to normal stress that is set this way.
+  A dataset of -fault_parameters overrides the field, which overrides -fault_regional_stress, which overrides the
+  scalar parameter. The gradient of normal stress is not added to normal stress that is set this way.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another
   number of cells, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
@@ -157,6 +158,22 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
   PetscCall(PetscMalloc1(PetscMax(n, 1), &fault->fields.given[f]));
   PetscCall(PetscArraycpy(fault->fields.given[f], values, n));
   fault->fields.ngiven[f] = n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses cells without an evolution effect under the law whose state is what friction follows, in units of b. */
+static PetscErrorCode CheckEvolution(SlipFault fault)
+{
+  PetscInt count = 0;
+
+  PetscFunctionBegin;
+  if (fault->friction.law->rate != SlipStrongRate) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) count += fault->fields.cell[FIELD_FRICTION_B][i] == 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, fault->comm));
+  PetscCheck(!count, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_friction_b is 0 in %" PetscInt_FMT " of %" PetscInt_FMT
+             " cells, expected a number > 0 with -%sfault_friction_law %s",
+             SlipFaultPrefix(fault), count, fault->mesh.N, SlipFaultPrefix(fault), fault->friction.law->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -191,6 +208,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     SlipFaultTakeField(fault, f, "SlipFaultSetField()", fault->fields.given[f]);
   }
   if (fault->options.text[FAULT_PARAMETERS][0]) PetscCall(SlipFaultLoadFields(fault));
+  PetscCall(SlipFaultRegionalSetUp(fault));
 
   /* the law's own parameters cell by cell, and room for its cached values */
   for (PetscInt f = FAULT_NUM_FIELDS; SlipFaultFieldRow(f); f++)
@@ -204,6 +222,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     for (PetscInt i = 0; i < 4 * fault->mesh.n; i++) fault->friction.known[i] = (PetscReal)NAN;
   }
 
+  PetscCall(CheckEvolution(fault));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     low = PetscMin(low, fault->fields.cell[FIELD_NORMAL_STRESS][i]);
     any = any || fault->fields.cell[FIELD_LOADING_RATE][i] != 0;

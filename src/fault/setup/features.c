@@ -97,6 +97,13 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_mesh_unit % is of the file of -fault_mesh, which is not given"},
   {F(CREEP), NEEDS, F(ALWAYS_SLIDES), 0, "-fault_creep needs rate-and-state friction without inertia"},
   {F(CREEP), EXCLUDES, F(INERTIA), 0, "-fault_creep needs rate-and-state friction without inertia"},
+  {F(RATIOS), EXCLUDES, F(REGIONAL), 0,
+   "-fault_regional_ratios % and -fault_regional_stress or -fault_regional_stress_gradient exclude each other"},
+  {F(AZIMUTH), NEEDS, F(RATIOS), 0,
+   "-fault_regional_azimuth is that of -fault_regional_ratios SHmax/Sv,Shmin/Sv, which is not given"},
+  {F(REGIONAL_DETAIL), NEEDS, F(REGIONAL) | F(RATIOS), 0,
+   "-fault_regional_pressure and -fault_regional_rake need a stress: expected -fault_regional_stress or "
+   "-fault_regional_ratios"},
   {F(INJECTED), NEEDS, F(INJECTION), 0,
    "-fault_injection_pressure, -fault_injection_diffusivity and -fault_injection_stop need the point of "
    "-fault_injection x,z, or x,y,z where there are several planes"},

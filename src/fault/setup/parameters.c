@@ -1,5 +1,6 @@
 /* Tables of the parameters of a fault, which options, setters, views and error messages use, and the setters. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultregional.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -97,6 +98,7 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
      "Not zero: the cell slips at the loading rate, whatever its stress; usually a field of -fault_parameters",
      PROBLEM},
   [FAULT_STRESSING_RATE] = {"stressing_rate", 0, "Pa/s", ANY, NONE, SHUT, REAL, "Rate of the shear stress", PROBLEM},
+  SLIP_FAULT_REGIONAL_REALS,
   [FAULT_INJECTION_PRESSURE] = {"injection_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
                                 "Pressure scale p* of -fault_injection: p = p* E1(r^2/(4 D t))", PROBLEM},
   [FAULT_INJECTION_DIFFUSIVITY] = {"injection_diffusivity", 0, "m^2/s", 0, NONE, SHUT, REAL,
@@ -160,8 +162,8 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law",
                           PROBLEM},
-  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|composite|",
-                       "Evolution of the state of rate-and-state friction", PROBLEM},
+  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|composite|prz|",
+                       "Evolution of the state of rate-and-state friction; prz: Perrin, Rice and Zheng", PROBLEM},
   [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
                     "What answers slip: static, at once, by stiffness and viscosity; or a type of "
                     "SlipElasticRegister()",
@@ -174,8 +176,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                              PROBLEM},
   [FAULT_INITIAL] = {"initial", "auto", "|auto|critical|rest|traction|rate|",
                      "Start: critical, at the frictional instability; rest, without stress; traction, under the shear "
-                     "stress initial_traction; rate, at initial_rate under the stress that balances it; auto: rate for "
-                     "rate-and-state friction, else critical",
+                     "stress initial_traction; rate, at initial_rate under the stress that balances it; auto: "
+                     "traction under -fault_regional_stress, rate for rate-and-state friction, else critical",
                      PROBLEM},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|",
                       "Storage of the stiffness; auto: fft on grids, dense up to 800 cells of a mesh, hmat above",
@@ -209,8 +211,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      CONTENT},
   [FAULT_MESH_FRAME] = {"mesh_frame", "auto", "|auto|enu|ned|end|",
                         "Axes of vertices in the file of -fault_mesh: enu is x east, y north, z up, ned is x north, y "
-                        "east, z down, end is x "
-                        "east, y north, z down; auto: enu of Gmsh, ned of HDF5",
+                        "east, z down, end is x east, y north, z down; auto: enu of Gmsh, ned of HDF5",
                         CONTENT},
   [FAULT_MESH_UNIT] =
     {"mesh_unit", "auto", "|auto|m|km|",
@@ -225,6 +226,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                        "Point x,z [m] of the fault, x,y,z where a mesh has several planes, at which fluid is injected "
                        "from time 0 on",
                        PROBLEM},
+  SLIP_FAULT_REGIONAL_STRINGS,
   [FAULT_TOLERANCES] = {"tolerances", "", NULL,
                         "HDF5 file of the tolerances at which classical controllers keep -fault_accuracy, which train "
                         "-train_algorithm tolerances writes, in place of tolerances.h5 beside the default policies",
@@ -280,8 +282,7 @@ const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
    "friction, and for slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
   {"initial_unstable", AT(options.initial_unstable), RUN, "SlipFaultSetInitialState",
    "With -fault_initial traction: cells may start above their strength; a line says where, and how many are outside of "
-   "the "
-   "largest patch (default no)"},
+   "the largest patch (default no)"},
   {"opening", AT(options.opening), PROBLEM, "SlipFaultSetBool",
    "Cells without normal stress may open, and close again; needs -fault_slip_components 2, -fault_initial traction and "
    "a friction law that sticks (default no: they slide freely, but stay closed)"},
@@ -510,8 +511,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the choices of a parameter for a message; those of the friction law are the rows of its table. *is: value is
-   one of them (NULL allowed). */
+/* Lists the choices of a parameter for a message. *is: value is one of them (NULL allowed). */
 PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
                                     PetscBool *is)
 {

@@ -9,6 +9,7 @@
    with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the
    state vector has no rate of its own: after a step it is set to that of the balance, for all readers. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultregional.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 #include <slipstep/private/slipwork.h>
@@ -70,8 +71,10 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
 
 static PetscErrorCode ChooseStateLaw(SlipFault fault)
 {
-  static const char *const names[] = {
-    [SLIP_STATE_AGING] = "aging", [SLIP_STATE_SLIP] = "slip", [SLIP_STATE_COMPOSITE] = "composite"};
+  static const char *const names[] = {[SLIP_STATE_AGING] = "aging",
+                                      [SLIP_STATE_SLIP] = "slip",
+                                      [SLIP_STATE_COMPOSITE] = "composite",
+                                      [SLIP_STATE_PRZ] = "prz"};
 
   PetscFunctionBegin;
   for (int k = 0; k < (int)PETSC_STATIC_ARRAY_LENGTH(names); k++) {
@@ -89,8 +92,11 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscBool traction;
 
   PetscFunctionBegin;
-  PetscCall(
-    Choose(fault, FAULT_INITIAL, fault->friction.law->always_slides ? "rate" : "critical", &fault->kind.initial));
+  PetscCall(Choose(fault, FAULT_INITIAL,
+                   SlipFaultHasRegional(fault)          ? "traction"
+                   : fault->friction.law->always_slides ? "rate"
+                                                        : "critical",
+                   &fault->kind.initial));
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_MEDIUM], SLIPELASTICWAVES, &fault->kind.waves));
   PetscCall(ChooseInertia(fault, traction));

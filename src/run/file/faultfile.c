@@ -347,6 +347,9 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
+  for (PetscInt id = FAULT_REGIONAL_STRESS; id <= FAULT_REGIONAL_RAKE && fault->fields.regional; id++)
+    if (fault->options.text[id][0])
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
   PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
@@ -417,6 +420,12 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
     PetscCall(PetscArraycpy(a, fault->fields.cell[f], fault->mesh.n));
     PetscCall(VecRestoreArrayWrite(x, &a));
     PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
+  }
+  if (fault->fields.tendency) {
+    PetscCall(VecGetArrayWrite(x, &a));
+    PetscCall(PetscArraycpy(a, fault->fields.tendency, fault->mesh.n));
+    PetscCall(VecRestoreArrayWrite(x, &a));
+    PetscCall(SlipFaultOutputCells(out, "slip_tendency", "1", x));
   }
   if (fault->critical.known) { /* along the rake */
     const PetscReal *uc;

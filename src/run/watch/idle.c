@@ -31,6 +31,11 @@ static PetscBool NoCutoff(SlipFault fault)
   return NoState(fault) || fault->friction.state_law != SLIP_STATE_COMPOSITE ? PETSC_TRUE : PETSC_FALSE;
 }
 
+static PetscBool OwnState(SlipFault fault)
+{
+  return Is(fault->friction.law->name, "strong_rate_weakening");
+}
+
 /* The law evolves the state by itself; with inertia, healing changes the steps nevertheless. */
 static PetscBool OwnHealing(SlipFault fault)
 {
@@ -75,6 +80,7 @@ static const struct {
   {"initial_perturbation", NotCritical, "it is for -fault_initial critical"},
   {"initial_unstable", NotFromTraction, "it is for -fault_initial traction"},
   {"state_law initial_rate initial_state", NoState, "it is for -fault_friction_law rate_and_state"},
+  {"state_law state_cutoff_rate", OwnState, "the state of this -fault_friction_law evolves by a law of its own"},
   {"state_cutoff_rate", NoCutoff, "it is for -fault_state_law composite"},
   {"healing_time", OwnHealing, "the state of this -fault_friction_law evolves by a law of its own"},
   {"damping_ratio", NoRoot, "it is for -fault_viscosity sqrtm, spectral and lanczos"},

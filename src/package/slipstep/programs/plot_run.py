@@ -145,7 +145,8 @@ def arguments():
     parser.add_argument("--time", nargs="+", type=seconds, metavar="T",
                         help="times of snapshots: seconds, or a number with s, min, h, d, y, as 250y")
     parser.add_argument("--field", metavar="NAME", help="one of /fields, of two components its magnitude, or a "
-                        "component as slip_up_dip or slip_along_strike, or stress_drop; default slip_rate, of "
+                        "component as slip_up_dip or slip_along_strike, or stress_drop, or a parameter of "
+                        "the cells as slip_tendency; default slip_rate, of "
                         "space-time slip_rate and slip")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
                         help="draw only this part of the run; times as of --time")

@@ -85,13 +85,12 @@ class Fields:
     def maps(self, rows):
         """Maps [n, Nz, Nx], or [n, N] of irregular cells, of some rows of the window, in the unit of the label."""
         with self.run.open() as file:
-            data = file[f"fields/{self._source}"]
-            return self._drawn(data, [self.rows[row] for row in rows])
+            return self._drawn(self.run.stored(file, self._source)[1], [self.rows[row] for row in rows])
 
     def outer(self):
         """The maps at the begin and the end of the window, or at the next rows outside of it."""
         with self.run.open() as file:
-            return self._drawn(file[f"fields/{self._source}"], self._outer)
+            return self._drawn(self.run.stored(file, self._source)[1], self._outer)
 
     def _drawn(self, data, rows):
         together = (np.diff(rows) == 1).all()

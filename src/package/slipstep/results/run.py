@@ -101,6 +101,20 @@ class Contents:
         return {**attributes(file[name]), **data}
 
 
+class Constant:
+    """A number for each cell as a dataset with one row."""
+
+    def __init__(self, cells):
+        self.attrs, self.name, self.shape, self.ndim = cells.attrs, cells.name, (1, *cells.shape), 1 + cells.ndim
+        self._cells = cells
+
+    def __len__(self):
+        return 1
+
+    def __getitem__(self, rows):
+        return self._cells[...][np.newaxis][rows]
+
+
 class Run(Contents, Cells):
     """The contents of a file that has all that pictures and tables need, and what follows from them.
 
@@ -220,8 +234,12 @@ class Run(Contents, Cells):
             return times, maps
 
     def stored(self, file, source):
-        """Times of the rows that a dataset of /fields has, and the dataset, which may have more."""
-        group = file.get("fields")
+        """Times of the rows that a dataset of /fields has, and the dataset, which may have more; of a parameter of the
+        cells one row, for the start."""
+        group, cells = file.get("fields"), file.get(f"mesh/{source}")
+        shape = (len(self.mesh["x"]),) if self.planes else self.shape
+        if (group is None or source not in group) and cells is not None and cells.shape == shape:
+            return np.zeros(1), Constant(cells)
         if group is None or source not in group or "time" not in group or source in TIMES:
             raise OutputError(f"{self.path}: field {source} was not stored (there are: "
                               f"{', '.join(self.field_names) or 'none'}); run with -fault_output_fields {source}")
