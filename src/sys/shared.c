@@ -266,7 +266,7 @@ PetscBool SlipSharedFirst(SlipShared s)
   return s->rank ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Gives memory that was freed back to the system: glibc keeps it, and the first process frees much while others wait. */
+/* Gives freed memory back to the system: glibc keeps it, and the first process frees much while others wait. */
 void SlipMemoryReturn(void)
 {
 #if defined(__GLIBC__)
