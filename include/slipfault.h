@@ -44,6 +44,9 @@ typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, Pets
 PETSC_EXTERN PetscErrorCode
 SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* adds a friction law with its parameters; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
+PETSC_EXTERN PetscErrorCode SlipFaultAddStress(SlipFault fault, PetscInt rows, const PetscReal time[],
+                                               const PetscReal course[], PetscInt nshear, const PetscReal shear[],
+                                               PetscInt nnormal, const PetscReal normal[]);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* creates the cells, which fields may need */
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* creates K, H, parameters and the critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);

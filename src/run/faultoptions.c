@@ -63,6 +63,11 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscBool IsList(PetscInt id)
+{
+  return id == FAULT_INJECTION || (id >= FAULT_TIDE_PERIOD && id <= FAULT_NUCLEATION) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
   const SlipFaultString *p = &SlipFaultStrings[id];
@@ -84,6 +89,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
              p->choices                     ? list
              : id == FAULT_STATIONS         ? "points \"x,z;x,z\" in m"
              : id == FAULT_SURFACE_STATIONS ? "points \"x,y;x,y\" in m"
+             : IsList(id)                   ? "numbers separated by commas"
                                             : "the name of a file");
   if (set) PetscCall(SlipFaultSetString(fault, p->name, whole ? whole : value));
   PetscFunctionReturn(PETSC_SUCCESS);

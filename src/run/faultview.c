@@ -149,6 +149,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
       PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
       PetscCall(PetscViewerASCIIPrintf(viewer, "resolution: %s\n", text));
     }
+    PetscCall(SlipLoadsTermsView(&fault->loads, viewer));
     PetscCall(ViewOperators(fault, viewer));
   }
   PetscCall(PetscViewerASCIIPopTab(viewer));

@@ -181,7 +181,8 @@ static PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &known, TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSRK, TSLAPUSTA, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTHISTORY, &history));
   PetscCall(SlipElasticRests(fault->medium, &rests));
-  what = fault->loads.pressed                                  ? "a pore pressure, which is of absolute times"
+  what = fault->loads.pore                                     ? "a pore pressure, which is of absolute times"
+         : SlipLoadsChange(&fault->loads)                      ? "stresses in time, which are of absolute times"
          : !rests                                              ? "a medium whose stress is of absolute times"
          : fault->options.check_error                          ? "-fault_check_error"
          : !known                                              ? "this -ts_type"

@@ -142,20 +142,36 @@ PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if the root of a file has unknown datasets or groups. names: known names, separated by blanks.
-   Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one. */
-PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
+/* Gets the name of member k of a group, in the order of names; false where there is none. */
+PetscBool SlipH5MemberName(SlipH5 *h, const char group[], PetscInt k, char name[], size_t len)
 {
+  return H5Lget_name_by_idx(h->id, group, H5_INDEX_NAME, H5_ITER_INC, (hsize_t)k, name, len, H5P_DEFAULT) >= 0
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+}
+
+/* Raises an error if a group has unknown datasets or groups. names: known names, separated by blanks. Errors:
+   PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one. */
+PetscErrorCode SlipH5CheckMembers(SlipH5 *h, const char group[], const char names[])
+{
+  const char *in = strcmp(group, "/") ? group : "";
   char name[256], hint[SLIP_HINT_LENGTH];
 
   PetscFunctionBegin;
-  for (hsize_t i = 0;
-       H5Lget_name_by_idx(h->id, "/", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT) >= 0; i++) {
+  for (PetscInt i = 0; SlipH5MemberName(h, group, i, name, sizeof(name)); i++) {
     if (SlipH5IsAmong(name, names)) continue;
     PetscCall(SlipSuggestName(name, names, hint));
-    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds /%s, which nothing reads, expected some of %s%s%s",
-            h->name, name, names, h->source, hint);
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s holds %s/%s, which nothing reads, expected some of %s%s%s",
+            h->name, in, name, names, h->source, hint);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does so for the root of a file. */
+PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5CheckMembers(h, "/", names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -93,6 +93,28 @@ static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
   return PETSC_FALSE;
 }
 
+/* Writes a list of times, separated by commas, in seconds; false where none has a unit. */
+static PetscBool SlipParseTimes(const char list[], char text[], size_t len)
+{
+  PetscBool any = PETSC_FALSE;
+  PetscReal seconds;
+  size_t used = 0;
+
+  text[0] = '\0';
+  for (const char *c = list; c; c = strchr(c, ',') ? strchr(c, ',') + 1 : NULL) {
+    char one[64] = "";
+
+    (void)snprintf(one, sizeof(one), "%.*s", (int)strcspn(c, ","), c);
+    if (SlipParseTime(one, &seconds)) {
+      any = PETSC_TRUE;
+      (void)snprintf(one, sizeof(one), "%.17g", (double)seconds);
+    }
+    used += (size_t)snprintf(text + used, len - used, "%s%s", c == list ? "" : ",", one);
+    if (used >= len) return PETSC_FALSE;
+  }
+  return any;
+}
+
 /*@C
   SlipExpandTimes - replaces times with a unit in the options database by their seconds: 90s, 10min, 12h, 20d, 100y; a
   year has 365.25 days
@@ -106,24 +128,21 @@ static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
 
   Notes:
   Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the numbers
-  of a fault in seconds, with any prefix. A value that is not a number with one of these units is not changed, and the
-  code that reads it raises the error.
+  of a fault in seconds, or lists of them, with any prefix. A value that is not a number with one of these units is not
+  changed, and the code that reads it raises the error.
 
 .seealso: SlipCheckSolverOptions(), SlipFaultSetFromOptions()
 @*/
 PetscErrorCode SlipExpandTimes(PetscOptions options)
 {
   PetscInt n;
-  char **names, **values, option[256], text[64];
+  char **names, **values, option[256], text[512];
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
   for (PetscInt i = 0; i < n; i++) {
-    PetscReal seconds;
-
-    if (!values[i] || !SlipIsTimeOption(names[i]) || !SlipParseTime(values[i], &seconds)) continue;
+    if (!values[i] || !SlipIsTimeOption(names[i]) || !SlipParseTimes(values[i], text, sizeof(text))) continue;
     (void)snprintf(option, sizeof(option), "-%s", names[i]);
-    (void)snprintf(text, sizeof(text), "%.17g", (double)seconds);
     PetscCall(PetscOptionsSetValue(options, option, text));
   }
   PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));

@@ -49,6 +49,9 @@ RUNS = {"event": (EVENT, 12),
                    "-fault_healing_time 100", 12),
         "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 "
                       "-fault_injection_pressure 2e7 " "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
+        "terms": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_stress_history stress.csv "
+                  "-fault_tide_period 20,30 -fault_tide_shear 1e6,2e6 -fault_tide_normal 0,1e6 -fault_tide_phase 0,90 "
+                  "-fault_nucleation 1500,1500,2000,1e6,10 -ts_max_time 60", 5),
         "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 "
                    "-ts_max_time 200", 5),}
 # What becomes of an option by what it is part of: the first, or where the table says so another
@@ -113,6 +116,12 @@ TABLE = {
     "fault_mesh_frame": ("mesh", "enu", FILE),
     "fault_mesh_unit": ("mesh", "m"),
     "fault_pore_pressure": ("record", "other_pressure.h5"),
+    "fault_stress_history": ("terms", "other_stress.csv"),
+    "fault_tide_period": ("terms", "20,31"),
+    "fault_tide_shear": ("terms", "1e6,3e6"),
+    "fault_tide_normal": ("terms", "0,0.5e6"),
+    "fault_tide_phase": ("terms", "0,80"),
+    "fault_nucleation": ("terms", "1500,1500,2000,2e6,10"),
     "fault_event_rate": ("event", "1e-2", REFUSED),  # by the catalogue
     "fault_injection": ("injection", "1600,1500"),
     "fault_regional_stress": ("regional", "6e7,8e7,5e7,-5.1e7,0,0"),
@@ -235,6 +244,9 @@ def write_inputs():
         with h5py.File(name, "w") as file:
             file["time"] = [0.0, 100.0]
             file["pressure"] = np.multiply.outer([0, pressure], np.ones((3, 4)))
+    for name, shear in (("stress.csv", 2e7), ("other_stress.csv", 1e7)):
+        with open(name, "w", encoding="utf-8") as file:
+            file.write(f"time,shear,normal\n0,0,0\n50,{shear},-1e7\n")
     shutil.copy(os.path.join(SOURCE, "training", "policies", "fault.h5"), "other_policy.h5")
     for name in ("tolerances.h5", "estimates.h5"):
         shutil.copy(os.path.join(SOURCE, "training", "policies", name), name)

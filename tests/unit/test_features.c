@@ -82,6 +82,11 @@ static const struct {
   [FEATURE_INJECTION] = {"-fault_injection 1400,#3400", "", SLIP_FEATURE(PRESSURE)},
   [FEATURE_INJECTED] = {"-fault_injection_stop 1"},
   [FEATURE_SOURCE] = {"-fault_injection_pressure 1e4 -fault_injection_diffusivity 1", "", SLIP_FEATURE(INJECTED)},
+  [FEATURE_HISTORY] = {"-fault_stress_history history.csv"},
+  [FEATURE_TIDE] = {"-fault_tide_period 7"},
+  [FEATURE_TIDAL] = {"-fault_tide_shear 1e4"},
+  [FEATURE_TIDE_PHASE] = {"-fault_tide_phase 30"},
+  [FEATURE_NUCLEATION] = {"-fault_nucleation 1400,#3400,2000,1e5,3"},
   [FEATURE_PRESSURE] = {"-fault_pore_pressure record@.h5"},
   [FEATURE_OUTPUT] = {"-fault_output run.h5"},
   [FEATURE_OUTPUT_PRESSURE] = {"-fault_output_fields slip,pore_pressure", "", SLIP_FEATURE(OUTPUT)},
@@ -325,6 +330,15 @@ static PetscErrorCode WriteOwnRecord(const char name[], PetscInt ndim, const Pet
   return WriteRecord(name, two, times, ndim, shape, pressure);
 }
 
+static PetscErrorCode WriteHistory(const char name[])
+{
+  FILE *file = fopen(name, "w");
+
+  if (!file) return PETSC_ERR_FILE_OPEN;
+  fprintf(file, "time,shear,normal\n0,0,0\n3,2e4,1e4\n10,-1e4,-1e5\n");
+  return fclose(file) ? PETSC_ERR_FILE_WRITE : PETSC_SUCCESS;
+}
+
 /* The plane of the grid, and one whose right half is 200 m aside and turned */
 static PetscErrorCode WriteRectangles(const char name[], PetscBool aside)
 {
@@ -495,6 +509,7 @@ static void pairs(void **state)
   assert_true(dup2(fileno(PETSC_STDOUT), 2) == 2);
   ok(WriteOwnRecord("record.h5", 3, grid));
   ok(WriteOwnRecord("record_list.h5", 2, list));
+  ok(WriteHistory("history.csv"));
   ok(WriteRectangles("rectangles.h5", PETSC_FALSE));
   ok(WriteRectangles("planes.h5", PETSC_TRUE));
   ok(WriteTriangles());

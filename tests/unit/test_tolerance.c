@@ -203,7 +203,7 @@ static void cube_and_swing(void **state)
 static void pressure(void **state)
 {
   const PetscReal relative = 1e-3, a = 0.01, b = 0.015, dc = 0.5, v = 1e-9;
-  PetscReal tolerance, *x;
+  PetscReal tolerance, shear, *x;
 
   for (int opens = 0; opens < 2; opens++) {
     SlipFault fault = Cells(1, opens ? 2 : 1, PETSC_FALSE);
@@ -220,18 +220,20 @@ static void pressure(void **state)
     ok(FaultSetUpState(fault, &w));
     ok(SlipFaultGetOperators(fault, &K, NULL, NULL));
     if (opens) ok(VecStrideSet(w, fault->layout.displacement, 2 * weakening));
-    ok(SlipFaultLoadTolerance(fault, relative, 0, w, &tolerance));
+    ok(SlipFaultLoadTolerance(fault, relative, 0, w, &tolerance, &shear));
     if (opens) {
       ok(SlipFaultGetWork(fault, &d));
       ok(MatGetDiagonal(K, d));
       ok(VecGetArray(d, &x));
       AssertNear(tolerance / (relative * x[0] * weakening), 1, 1e-12);
+      AssertNear(shear / tolerance, 1, 1e-12);
       ok(VecRestoreArray(d, &x));
       ok(SlipFaultRestoreWork(fault, &d));
     } else {
       assert_true(a * 50e6 < EntryOf(K) * dc);
       /* the start's traction of 30 MPa at 50 MPa is the friction of 0.6 but for the radiation of 1e-9 m/s */
       AssertNear(tolerance / (relative * a * 50e6 / 0.6), 1, 1e-8);
+      AssertNear(shear / (relative * a * 50e6), 1, 1e-12);
     }
     ObjectsDestroy(&w, &fault);
   }

@@ -298,6 +298,10 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* runfile
    coordinate may be given between them, and is NaN otherwise. */
 PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three,
                                                 PetscInt *n, PetscReal **points);
+/* Gets the point of -fault_injection or -fault_nucleation in space, from the numbers x,z or x,y,z of the option, with
+   `more` numbers after them. */
+PETSC_INTERN PetscErrorCode SlipFaultReadPoint(SlipFault fault, PetscInt id, PetscInt more, const char what[],
+                                               PetscReal point[3], PetscReal rest[]);
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);

@@ -74,7 +74,14 @@
           f->options.value[FAULT_INJECTION_STOP] != 0)                                                                 \
   EARLY(SOURCE, OWN, "-fault_injection_pressure and -fault_injection_diffusivity",                                     \
         f->options.value[FAULT_INJECTION_PRESSURE] != 0 && f->options.value[FAULT_INJECTION_DIFFUSIVITY] > 0)          \
-  LATE(PRESSURE, OWN, "a pore pressure", f->loads.pressed)                                                             \
+  EARLY(HISTORY, OWN, "-fault_stress_history or SlipFaultAddStress()",                                                 \
+        Given(f, FAULT_STRESS_HISTORY) || f->loads.ngiven > 0)                                                         \
+  EARLY(TIDE, OWN, "-fault_tide_period", Given(f, FAULT_TIDE_PERIOD))                                                  \
+  EARLY(TIDAL, OWN, "-fault_tide_shear or -fault_tide_normal",                                                         \
+        Given(f, FAULT_TIDE_SHEAR) || Given(f, FAULT_TIDE_NORMAL))                                                     \
+  EARLY(TIDE_PHASE, OWN, "-fault_tide_phase", Given(f, FAULT_TIDE_PHASE))                                              \
+  EARLY(NUCLEATION, OWN, "-fault_nucleation", Given(f, FAULT_NUCLEATION))                                              \
+  LATE(PRESSURE, OWN, "a pore pressure", f->loads.pore)                                                                \
   LATE(OUTPUT, OWN, "-fault_output", Given(f, FAULT_OUTPUT))                                                           \
   LATE(OUTPUT_PRESSURE, OWN, "-fault_output_fields pore_pressure",                                                     \
        Given(f, FAULT_OUTPUT) && Lists(f, "pore_pressure"))                                                            \

@@ -25,8 +25,8 @@ typedef enum {
   SUM_V_KU,    /* sum v K u */
   SUM_VINF_KU, /* sum v_inf K u */
   SUM_VINF,
-  SUM_U_T,       /* sum u T, T the shear load */
-  SUM_LOADING_T, /* sum v_inf T - u dT/dt */
+  SUM_U_T,       /* sum u T, T the shear load without terms */
+  SUM_LOADING_T, /* sum v_inf T - u dT/dt, and v times the terms */
   SUM_STRENGTH,
   SUM_WEAKENING, /* excess of the strength over its residual */
   SUM_PUSH,      /* excess of the elastic force along the motion over the strength */
@@ -131,6 +131,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec
 
 /* ---- stress.c: elastic stress and energy, and the work of loading ---- */
 PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
+PETSC_INTERN PetscErrorCode SlipFaultTermsEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy);   /* [J] */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
 
 /* stepvalues.c: values at the end of a step, computed once for a state w and a time; collective, borrowed */

@@ -122,6 +122,7 @@ PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOut
 PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative);
 /* stepends.c */
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultLimitStep(SlipFault fault, TS ts);
 /* faultconstraint.c */
 PETSC_INTERN PetscErrorCode SlipFaultStoreStart(SlipFault fault, const SlipStage *stage); /* constraintknown.c */
 PETSC_INTERN PetscErrorCode SlipFaultStoreEnd(SlipFault fault, Vec g, Vec x, Vec w);
@@ -218,7 +219,7 @@ PETSC_INTERN PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *
 PETSC_INTERN PetscErrorCode SlipFaultLargestDisplacement(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w,
-                                                   PetscReal tolerance[]);
+                                                   PetscReal pressure[], PetscReal shear[]);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,
                                                Vec w1, PetscReal *E);
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *fault);

@@ -69,6 +69,8 @@ PETSC_EXTERN PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], c
                                                  size_t len);
 /* Checks of input files: errors for names that no code reads, with the nearest valid name, and for unexpected units */
 PETSC_EXTERN PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[]);
+PETSC_EXTERN PetscErrorCode SlipH5CheckMembers(SlipH5 *h, const char group[], const char names[]);
+PETSC_EXTERN PetscBool SlipH5MemberName(SlipH5 *h, const char group[], PetscInt k, char name[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char names[]);
 PETSC_EXTERN PetscErrorCode SlipH5CheckUnits(SlipH5 *h, const char path[], const char unit[], PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],

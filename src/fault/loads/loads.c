@@ -1,5 +1,5 @@
-/* Computes what loads and unclamps a fault in time: the shear stress at the start and its rate, and the pore pressure
-   from a record, a function or a point source. */
+/* Computes what loads and unclamps a fault in time: the shear stress at the start and its rate, the pore pressure of a
+   record, a function or a point source, and the terms of terms.c. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -11,24 +11,10 @@
 
 /* ---- the record of -fault_pore_pressure ---- */
 
-/* Returns the record's row before t, and the share of the way from it to the next row; constant beyond the ends. */
+/* Returns the row of the record before t, and the share of the way from it to the next row. */
 PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share)
 {
-  PetscInt low = 0, high = loads->rows - 1;
-
-  *share = 0;
-  if (t <= loads->times[0]) return 0;
-  if (t >= loads->times[high]) return high;
-  while (high - low > 1) {
-    const PetscInt middle = (low + high) / 2;
-
-    if (loads->times[middle] <= t)
-      low = middle;
-    else
-      high = middle;
-  }
-  *share = (t - loads->times[low]) / (loads->times[high] - loads->times[low]);
-  return low;
+  return SlipRecordInterval(loads->rows, loads->times, t, share);
 }
 
 /* Adds the pressure of the record at t [Pa] to p [n]. */
@@ -42,14 +28,14 @@ void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
   for (PetscInt i = 0; i < n; i++) p[i] += (1 - share) * a[i] + share * b[i];
 }
 
-/* Returns the number of the record's first time after t, or the number of rows if there is none. */
-PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t)
+/* Returns the number of the first corner of records after t, or the number of corners if there is none. */
+PetscInt SlipLoadsCornerAfter(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscReal after = t + SAME_TIME * PetscAbsReal(t);
   PetscReal share;
 
-  if (!loads->rows || after >= loads->times[loads->rows - 1]) return loads->rows;
-  return after < loads->times[0] ? 0 : SlipLoadsInterval(loads, after, &share) + 1;
+  if (!loads->ncorners || after >= loads->corners[loads->ncorners - 1]) return loads->ncorners;
+  return after < loads->corners[0] ? 0 : SlipRecordInterval(loads->ncorners, loads->corners, after, &share) + 1;
 }
 
 /* On rank 0: reads and checks times [rows] and pressures [rows][N] of the open file. */
@@ -128,41 +114,6 @@ static PetscErrorCode LoadRecord(SlipFault fault)
 
 /* ---- the point source of -fault_injection ---- */
 
-/* Reads the point [x, y, z] from "x,z" for one plane, or from "x,y,z" for several [m]. */
-static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
-{
-  SlipFaultCell cell;
-  PetscBool planes; /* then x and z alone do not define a point */
-  char **part;
-  int n, want;
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  fault->mesh.kind->cell(&fault->mesh, 0, &cell);
-  planes = fault->mesh.planes > 1 || cell.direction[1][2] == 0 ? PETSC_TRUE : PETSC_FALSE;
-  want = planes ? 3 : 2;
-  PetscCall(PetscStrToArray(text, ',', &n, &part));
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  for (int k = 0; k < want && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &point[k]);
-  PetscCall(PetscPopErrorHandler());
-  PetscCall(PetscStrToArrayDestroy(n, part));
-  PetscCheck(
-    n == want && !ierr && isfinite(point[0]) && isfinite(point[1]) && isfinite(point[want - 1]), fault->comm,
-    PETSC_ERR_ARG_WRONG, "-%sfault_injection is \"%s\", expected %s", SlipFaultPrefix(fault), text,
-    planes ? "three numbers x,y,z of m, as the mesh has several planes or a level one: along strike, across, and depth"
-           : "two numbers x,z of m: along strike, and depth");
-  if (planes) PetscFunctionReturn(PETSC_SUCCESS);
-  /* on the plane: x is along its strike s, depth gives the place along its dip d; both from the origin's foot, D n */
-  {
-    const PetscReal *s = cell.direction[0], *d = cell.direction[1], *m = cell.direction[2], *c = cell.centre;
-    const PetscReal x = point[0], z = point[1], D = c[0] * m[0] + c[1] * m[1] + c[2] * m[2];
-    const PetscReal down = (z - D * m[2]) / d[2];
-
-    for (int k = 0; k < 3; k++) point[k] = x * s[k] + D * m[k] + down * d[k];
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SourceSetUp(SlipFault fault)
 {
   SlipFaultSource *source = &fault->loads.source;
@@ -173,7 +124,7 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
   source->pressure = fault->options.value[FAULT_INJECTION_PRESSURE];
   source->diffusivity = fault->options.value[FAULT_INJECTION_DIFFUSIVITY];
   source->stop = fault->options.value[FAULT_INJECTION_STOP];
-  PetscCall(ParsePoint(fault, fault->options.text[FAULT_INJECTION], point));
+  PetscCall(SlipFaultReadPoint(fault, FAULT_INJECTION, 0, "", point, NULL));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &source->distance2));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal area = fault->mesh.weight[i] * fault->mesh.area;
@@ -242,6 +193,7 @@ static void ShearAt(const SlipFaultLoads *loads, PetscReal t, PetscReal *restric
   for (PetscInt i = 0; i < n && c > 1; i++)
     for (PetscInt k = 0; k < c; k++)
       a[c * i + k] = weight[i] * (traction[i] + origin * rate[i] + t * rate[i]) * SlipFaultAlong(loads->fault, i)[k];
+  SlipLoadsAddTerms(loads, t, PETSC_FALSE, weight, a, NULL);
 }
 
 /*
@@ -261,6 +213,7 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
   if (loads->pressed) {
     if (!out->own) PetscCall(PetscMalloc1(2 * loads->n + 1, &out->own));
     PetscCall(SlipLoadsPressure(loads, t, out->own));
+    SlipLoadsAddTerms(loads, t, PETSC_FALSE, NULL, NULL, out->own);
     for (PetscInt i = 0; i < loads->n; i++) {
       out->own[loads->n + i] = loads->normal[i] - out->own[i];
       out->own[i] = PetscMax(out->own[loads->n + i], 0);
@@ -303,22 +256,33 @@ PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the next corner of the record or of the source after t; PETSC_MAX_REAL: there is none. */
-PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
+/* Returns the next time after t at which a source stops, or a course begins or ends; PETSC_MAX_REAL: there is none. */
+PetscReal SlipLoadsNextEnd(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = loads->source.stop;
-  const PetscInt row = SlipLoadsRowAfter(loads, t);
   PetscReal next = NEVER;
 
   if (loads->source.distance2 && stop > after) next = stop;
-  if (row < loads->rows) next = PetscMin(next, loads->times[row]);
+  for (PetscInt k = 0; k < loads->nterms; k++)
+    next = PetscMin(next, loads->terms[k].course->end(&loads->terms[k], after));
   return next;
 }
 
-/* Returns for how long after t pressure is nearly linear in time, which limits the pieces of a search for an onset. */
+/* Returns the next corner of records, or end of a source or course, after t; PETSC_MAX_REAL: there is none. */
+PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
+{
+  const PetscInt corner = SlipLoadsCornerAfter(loads, t);
+  const PetscReal next = SlipLoadsNextEnd(loads, t);
+
+  return corner < loads->ncorners ? PetscMin(next, loads->corners[corner]) : next;
+}
+
+/* Returns for how long after t loads are nearly linear in time, which limits the pieces of a search for an onset. Both
+   ends of a piece may miss the crest of a tide between them by 1 - cos(pi/64), a thousandth of its amplitude. */
 PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration)
 {
-  const PetscReal stop = loads->source.stop, scale = loads->function ? duration / 1000 : NEVER;
+  const PetscReal stop = loads->source.stop, course = SlipLoadsScale(loads, t);
+  const PetscReal scale = PetscMin(loads->function ? duration / 1000 : NEVER, course < NEVER ? course / 64 : NEVER);
 
   if (!loads->source.distance2) return scale;
   return PetscMin(scale, (stop > 0 && t >= stop ? t - stop : t) / 20 + loads->source.time / 1000);
@@ -352,13 +316,20 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCall(SourceSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));
-  loads->pressed = loads->rows || loads->source.distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
+  loads->pore = loads->pressed = loads->rows || loads->source.distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipLoadsTermsSetUp(loads));
+  for (PetscInt k = 0; k < loads->nterms; k++) {
+    if (loads->terms[k].normal) loads->pressed = PETSC_TRUE;
+    if (loads->terms[k].shear) loads->shears = loads->grows = PETSC_TRUE;
+    if (loads->terms[k].shear) any[1] = 1; /* one event may follow another, as at a rate */
+  }
   /* the kind of problem that the loads and the healing make */
   kind->heals = (PetscBool)any[2];
   PetscCall(SlipElasticLoads(fault->medium, &medium));
   kind->sequence = kind->loaded || any[1] || medium || any[2] ? PETSC_TRUE : PETSC_FALSE;
-  kind->driven =
-    kind->sequence || loads->pressed || !kind->inertia || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
+  kind->driven = kind->sequence || SlipLoadsChange(loads) || !kind->inertia || fault->friction.law->always_slides
+                   ? PETSC_TRUE
+                   : PETSC_FALSE;
   if (!kind->heals) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &fault->friction.healing));
   for (PetscInt i = 0; i < loads->n; i++) {
@@ -383,6 +354,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   PetscCall(PetscFree(loads->record));
   PetscCall(PetscFree(loads->source.distance2));
   PetscCall(PetscFree(loads->own));
+  PetscCall(SlipLoadsTermsDestroy(loads));
   PetscCall(PetscFree(fault->friction.healing));
   PetscCall(SlipLoadDestroy(&fault->known.load));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -159,7 +159,9 @@ static PetscErrorCode SayIt(SlipFault fault, const PetscReal above[], const char
 PetscErrorCode SlipFaultCheckTraction(SlipFault fault)
 {
   const PetscReal tiny = 10 * PETSC_MACHINE_EPSILON;
+  const SlipFaultLoads *loads = &fault->loads;
   SlipFrictionCells friction;
+  PetscReal *shear;
   PetscReal box[4] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL}, most = 0, *above;
   const char *prefix = SlipFaultPrefix(fault);
   PetscInt count = 0;
@@ -168,11 +170,16 @@ PetscErrorCode SlipFaultCheckTraction(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(PetscCalloc1(PetscMax(fault->mesh.n, 1), &above));
+  PetscCall(PetscCalloc1(fault->layout.components * fault->mesh.n + 1, &shear));
+  SlipLoadsAddTerms(loads, 0, PETSC_FALSE, NULL, shear, NULL);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal load = PetscAbsReal(fault->fields.cell[FIELD_INITIAL_TRACTION][i]);
-    PetscReal mu, ds, dv;
+    PetscReal *x = shear + fault->layout.components * i, load = PetscAbsReal(loads->traction[i]), mu, ds, dv;
     SlipFaultCell cell;
 
+    if (loads->nterms) {
+      for (PetscInt k = 0; k < fault->layout.components; k++) x[k] += loads->traction[i] * SlipFaultAlong(fault, i)[k];
+      load = SlipFaultLength(fault, x);
+    }
     SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
     if (load <= mu * friction.stress[i] * (1 + tiny)) continue;
     count++;
@@ -184,6 +191,7 @@ PetscErrorCode SlipFaultCheckTraction(SlipFault fault)
     box[3] = PetscMax(box[3], cell.centre[2]);
     most = PetscMax(most, above[i]);
   }
+  PetscCall(PetscFree(shear));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box, 4, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));

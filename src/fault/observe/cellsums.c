@@ -159,6 +159,8 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
 
 PetscErrorCode SlipFaultHostSums(SlipFault fault, PetscReal t, Vec w, Vec force, PetscReal sum[], PetscReal *max_v)
 {
+  const PetscReal *a;
+
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(sum, FAULT_NUM_SUMS));
   *max_v = 0;
@@ -166,6 +168,10 @@ PetscErrorCode SlipFaultHostSums(SlipFault fault, PetscReal t, Vec w, Vec force,
     PetscCall(AddUpSliding(fault, t, w, force, sum, max_v));
   else
     PetscCall(SlipFaultAddUp(fault, t, w, force, sum, max_v));
+  if (!fault->loads.nterms) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(w, &a)); /* the terms' work is that of v (stress.c) */
+  sum[SUM_LOADING_T] += SlipLoadsTermsTimes(&fault->loads, t, a, fault->layout.rate, fault->layout.block);
+  PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

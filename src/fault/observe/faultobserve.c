@@ -433,7 +433,8 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
         kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
         loading = -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress
-        of -fault_initial_traction and -fault_stressing_rate at t. Where cells open, u, v and K include the opening, T
+        of -fault_initial_traction and -fault_stressing_rate at t; loading includes the power v.S of the stresses in
+        time S. Where cells open, u, v and K include the opening, T
         includes the normal stress before any slip, as -sigma0, and loading includes the pore pressure's power p v_n
 
   Level: intermediate

@@ -44,6 +44,7 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   times[0] = '\0';
   for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++)
     if (!strcmp(p->unit, "s")) PetscCall(AddName(times, sizeof(times), " fault_", p->name));
+  PetscCall(AddName(times, sizeof(times), " fault_", SlipFaultStrings[FAULT_TIDE_PERIOD].name));
   PetscCall(SlipDeclareTimes(times));
   PetscCall(SlipDeclareOptions("fault_", names));
   PetscFunctionReturn(PETSC_SUCCESS);

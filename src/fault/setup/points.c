@@ -1,6 +1,8 @@
-/* Reads the points of -fault_stations or -fault_surface_stations: a list, or a file with one point on each line. */
+/* Reads the points of -fault_stations or -fault_surface_stations, a list, or a file with one point on each line, and
+   the point of -fault_injection or -fault_nucleation. */
 #include <slipstep/private/slipfault.h>
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,5 +110,47 @@ PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes
     PetscCheck(ReadPoint(point[k], PETSC_FALSE, three, *points + 3 * k), fault->comm, PETSC_ERR_ARG_WRONG,
                "%s has the point \"%.60s\", %s", option, point[k], expected);
   PetscCall(PetscStrToArrayDestroy(count, point));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the point [x, y, z] from "x,z" for one plane, or from "x,y,z" for several [m], and the numbers behind it. */
+PetscErrorCode SlipFaultReadPoint(SlipFault fault, PetscInt id, PetscInt more, const char what[], PetscReal point[3],
+                                  PetscReal rest[])
+{
+  const char *text = fault->options.text[id];
+  PetscReal number[16];
+  SlipFaultCell cell;
+  PetscBool planes; /* then x and z alone do not define a point */
+  char **part;
+  int n, want;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  fault->mesh.kind->cell(&fault->mesh, 0, &cell);
+  planes = fault->mesh.planes > 1 || cell.direction[1][2] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  want = (planes ? 3 : 2) + (int)more;
+  PetscCall(PetscStrToArray(text, ',', &n, &part));
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  for (int k = 0; k < want && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &number[k]);
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(PetscStrToArrayDestroy(n, part));
+  for (int k = 0; k < want && n == want && !ierr; k++) ierr = isfinite(number[k]) ? PETSC_SUCCESS : PETSC_ERR_FP;
+  PetscCheck(
+    n == want && !ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected %s%s",
+    SlipFaultPrefix(fault), SlipFaultStrings[id].name, text,
+    planes ? "three numbers x,y,z of m, as the mesh has several planes or a level one: along strike, across, and depth"
+           : "two numbers x,z of m: along strike, and depth",
+    what);
+  PetscCall(PetscArraycpy(point, number, planes ? 3 : 2));
+  for (PetscInt k = 0; k < more; k++) rest[k] = number[want - more + k];
+  if (planes) PetscFunctionReturn(PETSC_SUCCESS);
+  /* on the plane: x is along its strike s, depth gives the place along its dip d; both from the origin's foot, D n */
+  {
+    const PetscReal *s = cell.direction[0], *d = cell.direction[1], *m = cell.direction[2], *c = cell.centre;
+    const PetscReal x = point[0], z = point[1], D = c[0] * m[0] + c[1] * m[1] + c[2] * m[2];
+    const PetscReal down = (z - D * m[2]) / d[2];
+
+    for (int k = 0; k < 3; k++) point[k] = x * s[k] + D * m[k] + down * d[k];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

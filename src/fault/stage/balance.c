@@ -188,16 +188,17 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal steady = PetscAbsReal(vinf[i]) > 0 ? vinf[i] : rate[i];
+    const PetscReal all = load[i] + SlipLoadsStartShear(&fault->loads, i);
 
     if (isnan(rate[i])) {
       rate[i] = vinf[i];
       if (!traction && !Creeps(fault, i) && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
     }
     if (KnowsStates(fault, i)) continue;
-    if (traction && load[i] == 0)
+    if (traction && all == 0)
       bare++;
     else {
-      const PetscReal mu = PetscAbsReal(load[i]) / friction->stress[i];
+      const PetscReal mu = PetscAbsReal(all) / friction->stress[i];
 
       if (!FillStates(fault, friction, i, traction ? rate[i] : steady, traction ? &mu : NULL)) bad = 1;
     }
@@ -217,7 +218,7 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets T0 = sigma mu + H (v - v_inf), which balances the start, along the rake. */
+/* Sets T0 = sigma mu + H (v - v_inf), less the terms of the load, which balances the start, along the rake. */
 static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *friction)
 {
   const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE], *f;
@@ -241,6 +242,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
     fault->fields.cell[FIELD_INITIAL_TRACTION][i] =
       (rate[i] < 0 ? -mu : mu) * friction->stress[i] +
       SlipFaultDot(fault, f + fault->layout.components * i, SlipFaultAlong(fault, i)) / fault->mesh.weight[i];
+    if (fault->loads.nterms) fault->fields.cell[FIELD_INITIAL_TRACTION][i] -= SlipLoadsStartShear(&fault->loads, i);
   }
   PetscCall(VecRestoreArrayRead(force, &f));
   PetscCall(SlipFaultRestoreWork(fault, &force));

@@ -276,13 +276,15 @@ PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness)
 }
 
 /*
-  SlipFaultLoadTolerance - finds the largest acceptable error of the pressure of the cells [n] [Pa]
+  SlipFaultLoadTolerance - finds the largest acceptable error of the pressure of the cells [n] [Pa], and of their shear
+  load unless that is NULL
 
   Collective. It is the stress of a slip of relative times d_c, or times the largest displacement so far where that is
   less: a history must be right before slip is as large as d_c, too. With a smooth law, a stress of a sigma changes the
   rate by the factor e.
 */
-PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w, PetscReal tolerance[])
+PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w, PetscReal pressure[],
+                                      PetscReal shear[])
 {
   const PetscBool smooth = fault->friction.law->always_slides;
   PetscReal stiffness = 0, displacement;
@@ -304,7 +306,8 @@ PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, Petsc
       stress = PetscMin(stiffness * fault->fields.cell[FIELD_FRICTION_SLIP][i],
                         fault->fields.cell[FIELD_FRICTION_A][i] * friction.stress[i]);
     if (SlipFaultOpens(fault)) mu = PetscMax(mu, 1);
-    tolerance[i] = relative * stress / PetscMax(mu, PETSC_SMALL);
+    pressure[i] = relative * stress / PetscMax(mu, PETSC_SMALL);
+    if (shear) shear[i] = relative * stress;
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);

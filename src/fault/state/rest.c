@@ -1,9 +1,9 @@
 /* Finds how long a fault at rest stays at rest, and its state when a cell starts to slide.
 
    At v = 0 the force on a cell is f(t) = T(t) - K u + H v_inf. As du/dt = -v_inf, f changes at the constant rate
-   K v_inf + dT/dt. The strength q(t) = mu(s(t)) (sigma - p(t)) changes when the state s heals or the pressure p does,
-   and falls at the rate mu Kn v_inf where slip changes normal stress. A cell starts to slip at the first root of
-   |f| - q. */
+   K v_inf + dT/dt, and as the terms of the load do. The strength q(t) = mu(s(t)) (sigma - p(t)) changes when the state
+   s heals or the pressure p does, and falls at the rate mu Kn v_inf where slip changes normal stress. A cell starts to
+   slip at the first root of |f| - q. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
@@ -22,15 +22,16 @@ static const PetscReal rounding = 4 * PETSC_MACHINE_EPSILON;
 typedef struct {
   SlipFault fault;
   SlipFrictionCells friction;
-  PetscReal t;            /* start of the rest [s] */
-  const PetscReal *w;     /* the state at that start */
-  const PetscReal *ku;    /* K u [Pa] */
-  const PetscReal *hold;  /* H v_inf [Pa] */
-  const PetscReal *drive; /* rate of the force [Pa/s] */
-  const PetscReal *shear; /* T(t) [Pa]; NULL: 0 */
-  const PetscReal *clamp; /* Kn v_inf [Pa/s]; NULL: 0 */
-  PetscReal held;         /* factor of the strength: explicit steps hold cells that exceed it by rounding */
-  Vec load, force;        /* vectors of shear and ku, between RestBegin() and RestEnd() */
+  PetscReal t;              /* start of the rest [s] */
+  const PetscReal *w;       /* the state at that start */
+  const PetscReal *ku;      /* K u [Pa] */
+  const PetscReal *hold;    /* H v_inf [Pa] */
+  const PetscReal *drive;   /* rate of the force [Pa/s] */
+  const PetscReal *shear;   /* T(t) [Pa]; NULL: 0 */
+  const PetscReal *clamp;   /* Kn v_inf [Pa/s]; NULL: 0 */
+  PetscReal held;           /* factor of the strength: explicit steps hold cells that exceed it by rounding */
+  PetscReal *begin, *moved; /* of terms at the start, and their change since then; NULL: there are none [Pa] */
+  Vec load, force;          /* vectors of shear and ku, between RestBegin() and RestEnd() */
 } Rest;
 
 /* Computes K v_inf + w dT/dt and H v_inf, once. */
@@ -97,20 +98,31 @@ static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
   return r->held * mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
+/* Returns the change of number k of f since the start [Pa]; the terms' as of FrictionAfter(). */
+static PetscReal Change(const Rest *r, PetscInt k, PetscReal dt)
+{
+  return dt * r->drive[k] + (r->moved ? r->moved[k] : 0);
+}
+
 /* Returns f of number k of a vector of slip at the start [Pa]. */
 static PetscReal Force(const Rest *r, PetscInt k)
 {
   return (r->shear ? r->shear[k] : 0) + r->hold[k] - r->ku[k];
 }
 
-/* Sets the friction of all cells to that of the time dt after the start. Collective. */
+/* Sets the friction of all cells, and the terms of the load, to those of the time dt after the start. Collective. */
 static PetscErrorCode FrictionAfter(Rest *r, PetscReal dt)
 {
+  const SlipFaultLoads *loads = &r->fault->loads;
+  const PetscInt m = r->fault->layout.components * loads->n;
+
   PetscFunctionBegin;
   if (r->clamp)
     PetscCall(SlipFaultCoupledFriction(r->fault, r->t + dt, dt, &r->friction));
   else
     PetscCall(SlipFaultGetFriction(r->fault, r->t + dt, &r->friction));
+  for (PetscInt k = 0; k < m && r->moved; k++) r->moved[k] = -r->begin[k];
+  if (r->moved) SlipLoadsAddTerms(loads, r->t + dt, PETSC_FALSE, loads->weight, r->moved, NULL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -133,7 +145,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal f[3] = {0, 0, 0}, e;
 
-    for (PetscInt k = 0; k < c; k++) f[k] = Force(r, c * i + k) + dt * r->drive[c * i + k];
+    for (PetscInt k = 0; k < c; k++) f[k] = Force(r, c * i + k) + Change(r, c * i + k, dt);
     e = SlipFaultLength(fault, f) - Strength(r, i, dt);
     if (SlipFaultOpens(fault))
       e = PetscMax(e, fault->mesh.weight[i] * fault->coupling.pull[i]); /* without shear, too */
@@ -263,7 +275,7 @@ static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
 static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
 {
   PetscFunctionBegin;
-  if (r->fault->kind.heals || r->fault->loads.pressed)
+  if (r->fault->kind.heals || SlipLoadsChange(&r->fault->loads))
     PetscCall(SearchOnset(r, limit, rest));
   else
     PetscCall(LinearOnset(r, limit, rest));
@@ -274,7 +286,8 @@ static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
    other processes. Collective. */
 static PetscErrorCode IsLong(Rest *r, PetscReal rest, PetscInt i, PetscBool *is)
 {
-  PetscReal begin = 0, end, force;
+  const PetscInt c = r->fault->layout.components;
+  PetscReal begin = 0, end, force, change[3] = {0, 0, 0};
   PetscBool mine = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -283,7 +296,8 @@ static PetscErrorCode IsLong(Rest *r, PetscReal rest, PetscInt i, PetscBool *is)
   PetscCall(FrictionAfter(r, rest));
   if (i >= 0) {
     end = Strength(r, i, rest);
-    force = rest * SlipFaultLength(r->fault, r->drive + r->fault->layout.components * i);
+    for (PetscInt k = 0; k < c; k++) change[k] = Change(r, c * i + k, rest);
+    force = SlipFaultLength(r->fault, change);
     mine = force > rounding * end || PetscAbsReal(end - begin) > rounding * end ? PETSC_TRUE : PETSC_FALSE;
   }
   PetscCallMPI(MPI_Allreduce(&mine, is, 1, MPIU_BOOL, MPI_LOR, r->fault->comm));
@@ -355,6 +369,7 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
 /* Prepares r for a state w that rests at t; RestEnd() returns its arrays. */
 static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
 {
+  const PetscInt m = fault->layout.components * fault->mesh.n;
   const SlipFaultLoad *load;
 
   PetscFunctionBegin;
@@ -375,6 +390,9 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   if (!load->shear) r->shear = NULL;
   PetscCall(VecGetArrayRead(fault->loads.hold, &r->hold));
   PetscCall(VecGetArrayRead(fault->loads.drive, &r->drive));
+  if (!fault->loads.nterms) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(m, &r->begin, m, &r->moved));
+  SlipLoadsAddTerms(&fault->loads, t, PETSC_FALSE, fault->loads.weight, r->begin, NULL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -384,6 +402,7 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
   const PetscReal *shear = NULL;
 
   PetscFunctionBegin;
+  PetscCall(PetscFree2(r->begin, r->moved));
   if (r->clamp) PetscCall(VecRestoreArrayRead(fault->coupling.drive, &r->clamp));
   PetscCall(VecRestoreArrayRead(fault->loads.drive, &r->drive));
   PetscCall(VecRestoreArrayRead(fault->loads.hold, &r->hold));
@@ -412,7 +431,7 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
   *rest = 0;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(Moves(fault, w, &moves));
-  if (moves || !rests || fault->kind.heals || fault->loads.pressed || fault->friction.law->nstates)
+  if (moves || !rests || fault->kind.heals || SlipLoadsChange(&fault->loads) || fault->friction.law->nstates)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));

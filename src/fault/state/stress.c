@@ -31,9 +31,9 @@ PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
   Level: intermediate
 
   Notes:
-  T = T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and
-  dT/dt are the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not
-  part of it.
+  T = T0 + t dT/dt + S - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and
+  dT/dt are the fields initial_traction and stressing_rate, S(t) the stresses in time. It costs a product with K.
+  Friction and viscosity are not part of it.
 
 .seealso: SlipFaultGetObservables(), SlipFaultGetOperators()
 @*/
@@ -76,6 +76,21 @@ static PetscErrorCode PressureTimes(SlipFault fault, PetscReal t, Vec x, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sums x S, S: shear load of the terms at t, times weights. */
+static PetscErrorCode TermsTimes(SlipFault fault, PetscReal t, Vec x, PetscInt first, PetscInt block, PetscReal *sum)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *sum = 0;
+  if (!fault->loads.nterms) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(x, &a));
+  *sum = SlipLoadsTermsTimes(&fault->loads, t, a, first, block);
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes u f(u)/2 plus the other energy of the medium, minus u T, of the whole fault [J]; T: the shear load, and
    where cells open -sigma0. It costs a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
@@ -98,11 +113,22 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the power of loading, v_inf (T - f(u, t)) - u dT/dt, and where cells open p v_n [W]. As K v_inf + dT/dt is
-   computed once, it costs no product, unless f is not K u. Collective. */
+/* Computes u S of the terms S [J], see SlipFaultLoadingPower(). Collective. */
+PetscErrorCode SlipFaultTermsEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
+{
+  PetscFunctionBegin;
+  PetscCall(TermsTimes(fault, t, w, fault->layout.displacement, fault->layout.block, energy));
+  *energy *= fault->mesh.area;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the power of loading, v_inf (T - f(u, t)) - u dT/dt + v S, S the terms, and where cells open p v_n [W]. As
+   K v_inf + dT/dt is computed once, it costs no product, unless f is not K u. The power of the terms is v S: unlike -u
+   dS/dt it has no jumps at their corners, and the same value in both steps there. Less the change of u S it is the
+   work that belongs to SlipFaultElasticEnergy(). Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
-  PetscReal work = 0, pressure, more, slow;
+  PetscReal work = 0, pressure, more, slow, terms, plates;
   Vec u, force, shear;
   PetscBool rests;
 
@@ -111,7 +137,8 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetShear(fault, t, &shear));
   PetscCall(SlipFaultRestSetUp(fault));
-  if (!fault->kind.loaded && !fault->loads.drives && !SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->kind.loaded && !fault->loads.drives && !fault->loads.nterms && !SlipFaultOpens(fault))
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
@@ -127,7 +154,9 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscCall(SlipFaultRestoreWork(fault, &u));
   if (shear) PetscCall(VecDot(fault->operators.vinf, shear, &work));
   PetscCall(PressureTimes(fault, t, w, fault->layout.rate, fault->layout.block, &pressure));
-  *power = (work - *power + pressure) * fault->mesh.area;
+  PetscCall(TermsTimes(fault, t, w, fault->layout.rate, fault->layout.block, &terms));
+  PetscCall(TermsTimes(fault, t, fault->operators.vinf, 0, fault->layout.components, &plates));
+  *power = (work - plates - *power + terms + pressure) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,8 +179,9 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   fault->loads.opened = PETSC_TRUE;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank)
-    PetscCall(SlipWarning("at %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
-                          " cells: they open, without strength (printed once)",
-                          (double)t, opened));
+    PetscCall(SlipWarning(
+      "at %.6g s %s the normal stress in %" PetscInt_FMT " cells: they open, without strength (printed once)",
+      (double)t, fault->loads.nterms ? "pore pressure and stresses in time exceed" : "the pore pressure exceeds",
+      opened));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

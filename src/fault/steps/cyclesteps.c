@@ -21,7 +21,7 @@ static const PetscReal Error[SHAPES][TOLERANCES][2] = {
 
 static PetscBool IsCycle(SlipFault fault)
 {
-  return fault->kind.sequence && !fault->loads.pressed && !fault->kind.waves ? PETSC_TRUE : PETSC_FALSE;
+  return fault->kind.sequence && !SlipLoadsChange(&fault->loads) && !fault->kind.waves ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscInt ShapeOf(SlipFault fault)
@@ -94,7 +94,9 @@ PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, con
   else if (!pi)
     *why = "not calibrated for this controller";
   else if (!IsCycle(fault))
-    *why = fault->loads.pressed ? "not calibrated under a pore pressure" : "not calibrated without loading";
+    *why = fault->loads.pore                ? "not calibrated under a pore pressure"
+           : SlipLoadsChange(&fault->loads) ? "not calibrated under stresses in time"
+                                            : "not calibrated without loading";
   if (!*why) *error = SlipFaultBetween(TOLERANCES, Error[ShapeOf(fault)], rtol);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -182,6 +182,7 @@ static PetscErrorCode BeforeStep(TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &fault));
+  PetscCall(SlipFaultLimitStep((SlipFault)fault, ts));
   if (problem->steps.any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
@@ -323,7 +324,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
     problem->history.advance = Advance_Fault;
     problem->history.rollback = RollBack_Fault;
   }
-  if (remembers || is_explicit || fault->loads.pressed) PetscCall(TSSetPreStep(ts, BeforeStep));
+  if (remembers || is_explicit || SlipLoadsChange(&fault->loads)) PetscCall(TSSetPreStep(ts, BeforeStep));
   problem->steps.any_integrator = is_explicit;
   fault->corner_passed = PETSC_FALSE;
   problem->steps.finish = is_explicit ? SlipFaultFinishStep : NULL;

@@ -1,6 +1,7 @@
-/* Finds where steps end: at corners of a record of pressure, and where a cell stops.
+/* Finds where steps end: at corners of records of pressure and stress, and where a cell stops; and how long they are
+   under tides.
 
-   A step that passes a corner uses a pressure without one. The pressure that its stages do not see differs from the
+   A step that passes a corner uses a load without one. The pressure that its stages do not see differs from the
    record by at most the distance of the record from its chord between the ends of the step. Slip under friction follows
    a load without adding up its errors: a stress error d at any times leaves a slip error of d over the stiffness of the
    fault. So a step passes corners while mu times that distance is small against the stress that corresponds to the
@@ -9,13 +10,14 @@
    curve costs as much as the curve. */
 #include <slipstep/private/slipfault.h>
 
-/* The inputs and work arrays of the search for corners between t and end that a step may pass */
+/* The inputs and work arrays of the search for corners between t and end that a step may pass. Loads are the pressure
+   of the cells [n], less normal stress, and where a record has shear that too. */
 typedef struct {
   SlipFault fault;
   PetscReal t, end;
-  PetscInt first, n;
-  PetscReal *tolerance, *start, *there; /* [n] of pressure, at t, at a corner [Pa] */
-  PetscReal *low, *high;                /* [n] slopes of chords from t that miss no corner by more [Pa/s] */
+  PetscInt first, m;
+  PetscReal *tolerance, *start, *there; /* [m] of loads, at t, at a corner [Pa] */
+  PetscReal *low, *high;                /* [m] slopes of chords from t that miss no corner by more [Pa/s] */
 } Chord;
 
 /* Returns the time of corner k, or the end after the last corner. */
@@ -23,17 +25,20 @@ static PetscReal TimeOf(const Chord *c, PetscInt k)
 {
   const SlipFaultLoads *loads = &c->fault->loads;
 
-  return k < loads->rows && loads->times[k] < c->end ? loads->times[k] : c->end;
+  return k < loads->ncorners && loads->corners[k] < c->end ? loads->corners[k] : c->end;
 }
 
-static void PressureOf(const Chord *c, PetscInt k)
+static void LoadsAt(const Chord *c, PetscReal t, PetscReal x[])
 {
-  for (PetscInt i = 0; i < c->n; i++) c->there[i] = 0;
-  SlipLoadsAddRecord(&c->fault->loads, TimeOf(c, k), c->there);
+  const SlipFaultLoads *loads = &c->fault->loads;
+
+  for (PetscInt i = 0; i < c->m; i++) x[i] = 0;
+  if (loads->rows) SlipLoadsAddRecord(loads, t, x);
+  SlipLoadsAddTerms(loads, t, PETSC_TRUE, NULL, c->m > loads->n ? x + loads->n : NULL, x);
 }
 
 /* Finds the last corner, or the end, to which a chord satisfies the tolerance at all corners before it, for all ranks.
-   The bounds of its slope narrow at each corner, cell by cell. */
+   The bounds of its slope narrow at each corner, load by load. */
 static PetscErrorCode Last(Chord *c, PetscInt *last)
 {
   PetscInt k = c->first;
@@ -44,8 +49,8 @@ static PetscErrorCode Last(Chord *c, PetscInt *last)
     const PetscReal length = TimeOf(c, k) - c->t;
 
     time = TimeOf(c, k);
-    PressureOf(c, k);
-    for (PetscInt i = 0; i < c->n; i++) {
+    LoadsAt(c, time, c->there);
+    for (PetscInt i = 0; i < c->m; i++) {
       const PetscReal rise = c->there[i] - c->start[i];
       const PetscReal high = (rise + c->tolerance[i]) / length, low = (rise - c->tolerance[i]) / length;
 
@@ -59,6 +64,13 @@ static PetscErrorCode Last(Chord *c, PetscInt *last)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscBool RecordsShear(const SlipFaultLoads *loads)
+{
+  for (PetscInt k = 0; k < loads->nterms; k++)
+    if (loads->terms[k].rows && loads->terms[k].shear) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /*
   SlipFaultNextCorner - SlipStepOps.corner: finds the next corner at which a step from t must end
 
@@ -69,9 +81,9 @@ PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *ct
 {
   SlipFault fault = (SlipFault)ctx;
   const SlipFaultLoads *loads = &fault->loads;
-  const PetscInt n = loads->n;
-  Chord c = {.fault = fault, .t = t, .first = SlipLoadsRowAfter(loads, t), .n = n};
-  PetscReal h, relative, stop = PETSC_MAX_REAL;
+  const PetscInt n = loads->n, c = fault->layout.components, m = RecordsShear(loads) ? (1 + c) * n : n;
+  Chord chord = {.fault = fault, .t = t, .first = SlipLoadsCornerAfter(loads, t), .m = m};
+  PetscReal h, relative, stop;
   PetscInt last;
   Vec w;
 
@@ -79,18 +91,97 @@ PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *ct
   PetscCall(SlipFaultReportOpening(fault, t));
   *next = SlipLoadsNextCorner(loads, t);
   PetscCall(TSGetTimeStep(ts, &h));
-  if (t + h <= *next || c.first == loads->rows || *next < loads->times[c.first]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (t + h <= *next || chord.first == loads->ncorners || *next < loads->corners[chord.first])
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultStepsError(fault, ts, &relative));
   if (relative <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if (loads->source.distance2 && loads->source.stop > *next) stop = loads->source.stop;
-  c.end = PetscMin(t + h, stop);
-  PetscCall(PetscCalloc5(n, &c.tolerance, n, &c.start, n, &c.there, n, &c.low, n, &c.high));
+  stop = SlipLoadsNextEnd(loads, *next);
+  chord.end = PetscMin(t + h, stop);
+  PetscCall(PetscCalloc5(m, &chord.tolerance, m, &chord.start, m, &chord.there, m, &chord.low, m, &chord.high));
   PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultLoadTolerance(fault, relative, t, w, c.tolerance));
-  SlipLoadsAddRecord(loads, t, c.start);
-  PetscCall(Last(&c, &last));
-  *next = TimeOf(&c, last) < c.end ? loads->times[last] : stop;
-  PetscCall(PetscFree5(c.tolerance, c.start, c.there, c.low, c.high));
+  PetscCall(SlipFaultLoadTolerance(fault, relative, t, w, chord.tolerance, m > n ? chord.there : NULL));
+  for (PetscInt i = n; i < m; i++) chord.tolerance[i] = chord.there[(i - n) / c];
+  LoadsAt(&chord, t, chord.start);
+  PetscCall(Last(&chord, &last));
+  *next = TimeOf(&chord, last) < chord.end ? loads->corners[last] : stop;
+  PetscCall(PetscFree5(chord.tolerance, chord.start, chord.there, chord.low, chord.high));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the periods of courses ----
+
+   Error estimates see a tide, or the rise of a nucleation, only in steps that are short against it: longer ones see its
+   values at a few points, which may be the same phase again and again. Steps of an eighth of the period are seen, and
+   the estimate then limits them further where it must. A tide whose stress is within the tolerance for loads above may
+   be passed, which is told. */
+static const PetscReal of_period = 0.125;
+
+/* Finds whether the stress of a term exceeds the tolerances in some cell. Collective. */
+static PetscErrorCode Matters(SlipFault fault, const SlipLoadTerm *term, const PetscReal pressure[],
+                              const PetscReal shear[], PetscBool *does)
+{
+  const PetscInt c = fault->layout.components;
+  PetscBool mine = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    if (term->shear && SlipFaultLength(fault, term->shear + c * i) > shear[i]) mine = PETSC_TRUE;
+    if (term->normal && PetscAbsReal(term->normal[i]) > pressure[i]) mine = PETSC_TRUE;
+  }
+  PetscCallMPI(MPI_Allreduce(&mine, does, 1, MPIU_BOOL, MPI_LOR, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TellOfPeriods(SlipFault fault, const SlipLoadTerm *term, PetscReal h, PetscBool constant)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (fault->loads.passed) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->loads.passed = PETSC_TRUE;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (constant)
+    PetscCall(SlipWarning("the constant steps of %.6g s are longer than an eighth of the %s: expected shorter ones, or "
+                          "another -ts_adapt_type than none",
+                          (double)h, term->name));
+  else
+    PetscCall(
+      SlipWarning("the stress of the %s is below what errors of the run may be: steps pass its periods. A lower "
+                  "-%sfault_accuracy or -ts_rtol resolves them",
+                  term->name, SlipFaultPrefix(fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Shortens the next step of ts to what courses allow; before each step. Collective. */
+PetscErrorCode SlipFaultLimitStep(SlipFault fault, TS ts)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  PetscReal t, h, relative, *pressure, *shear;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetTimeStep(ts, &h));
+  if (h <= of_period * SlipLoadsScale(loads, t)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultStepsError(fault, ts, &relative));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(PetscMalloc2(loads->n, &pressure, loads->n, &shear));
+  if (relative > 0) PetscCall(SlipFaultLoadTolerance(fault, relative, t, w, pressure, shear));
+  for (PetscInt k = 0; k < loads->nterms; k++) {
+    const SlipLoadTerm *term = &loads->terms[k];
+    const PetscReal longest = of_period * term->course->scale(term, t);
+    PetscBool matters = PETSC_FALSE;
+
+    if (h <= longest) continue;
+    if (relative > 0) PetscCall(Matters(fault, term, pressure, shear, &matters));
+    if (matters)
+      h = longest;
+    else
+      PetscCall(TellOfPeriods(fault, term, h, relative > 0 ? PETSC_FALSE : PETSC_TRUE));
+  }
+  PetscCall(PetscFree2(pressure, shear));
+  PetscCall(TSSetTimeStep(ts, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

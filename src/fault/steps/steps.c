@@ -216,9 +216,9 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   rtol = !is_explicit && fault->steps.given ? PETSC_TRUE : PETSC_FALSE;
-  if (learned && fault->loads.pressed && !rank && fault->options.reports)
+  if (learned && SlipLoadsChange(&fault->loads) && !rank && fault->options.reports)
     PetscCall(
-      SlipWarning("policies for -ts_adapt_type rl know pore pressures that rise slowly: under others errors were "
+      SlipWarning("policies for -ts_adapt_type rl know pore pressures that rise slowly: under other loads errors were "
                   "up to 50 times -%sfault_accuracy. Expected the default, -ts_adapt_type %s",
                   prefix, is_explicit ? TSADAPTDSP : TSADAPTBASIC));
   if (learned) PetscFunctionReturn(PETSC_SUCCESS);

@@ -42,6 +42,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
   PetscCall(SlipCatalogueEnergies(fault, onset, w, &e->elastic, &e->kinetic));
   PetscCall(VecSet(cat->rupture, -1));
   PetscCall(PetscArrayzero(cat->work, cat->nwork));
+  PetscCall(SlipFaultTermsEnergy(fault, onset, w, &cat->work[WORK_LOADING]));
   for (PetscInt k = 0; k < fault->mesh.faults && cat->hypocentre; k++) cat->hypocentre[k] = -1;
   PetscCall(SlipFaultLargestSpeed(fault, w, &max));
   PetscCall(SlipCatalogueFastest(fault, w, 1, NULL, &max, &e->cell));

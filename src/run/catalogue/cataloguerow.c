@@ -342,13 +342,14 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   SlipFault fault = cat->fault;
   const SlipFaultEvent *e = &cat->event;
   const PetscReal area = fault->mesh.area, *const work = cat->work;
-  PetscReal *const row = cat->row, *sum, *first, largest[2], elastic, kinetic, along[2] = {1, 0};
+  PetscReal *const row = cat->row, *sum, *first, largest[2], elastic, kinetic, terms, along[2] = {1, 0};
   SlipFaultCell cell;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(NUM_ALL_SUMS + NUM_SUMS * fault->mesh.faults, &sum, fault->mesh.faults, &first));
   PetscCall(SumUp(cat, end, w, sum, largest, first));
   PetscCall(SlipCatalogueEnergies(fault, end, w, &elastic, &kinetic));
+  PetscCall(SlipFaultTermsEnergy(fault, end, w, &terms));
   fault->mesh.kind->cell(&fault->mesh, e->cell, &cell);
   if (fault->layout.components == 1) {
     along[0] = sum[SUM_BROKEN] < 0 ? -1 : 1;
@@ -381,9 +382,9 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_KINETIC_ENERGY] = kinetic - e->kinetic;
   row[EVENT_DISSIPATED_ENERGY] = work[WORK_DISSIPATED];
   row[EVENT_RADIATED_ENERGY] = work[WORK_RADIATED];
-  row[EVENT_LOADING_WORK] = work[WORK_LOADING];
+  row[EVENT_LOADING_WORK] = work[WORK_LOADING] - terms;
   row[EVENT_ENERGY_RESIDUAL] = (row[EVENT_ELASTIC_ENERGY] + row[EVENT_KINETIC_ENERGY] + work[WORK_DISSIPATED] +
-                                work[WORK_RADIATED] - work[WORK_LOADING]) /
+                                work[WORK_RADIATED] - row[EVENT_LOADING_WORK]) /
                                PetscAbsReal(row[EVENT_ELASTIC_ENERGY]);
   row[EVENT_STEPS] = (PetscReal)e->steps;
   row[EVENT_FAULT] = (PetscReal)fault->mesh.labels[SlipFaultMeshFaultOf(&fault->mesh, e->cell)];

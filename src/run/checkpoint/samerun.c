@@ -251,6 +251,42 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does so with the records of -fault_stress_history and SlipFaultAddStress(); older checkpoints have none. */
+static PetscErrorCode CompareHistory(Differences *d, SlipFault fault)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  const PetscInt c = fault->layout.components;
+  uint64_t hash = 0;
+  PetscInt records = 0;
+  char digest[64] = "none";
+  PetscBool has;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < loads->nterms; k++) records += loads->terms[k].rows ? 1 : 0;
+  for (PetscInt i = 0; i < fault->mesh.n && records; i++) {
+    const PetscReal number = (PetscReal)SlipFaultMeshRow(&fault->mesh, i);
+    uint64_t cell = SlipHashReals(SLIP_HASH_START, &number, 1);
+
+    for (PetscInt k = 0; k < loads->nterms; k++) {
+      const SlipLoadTerm *term = &loads->terms[k];
+
+      cell = SlipHashReals(cell, term->times, (size_t)term->rows);
+      cell = SlipHashReals(cell, term->values, (size_t)term->rows);
+      if (term->rows && term->shear) cell = SlipHashReals(cell, term->shear + c * i, (size_t)c);
+      if (term->rows && term->normal) cell = SlipHashReals(cell, term->normal + i, 1);
+    }
+    hash += cell;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &hash, 1, MPI_UINT64_T, MPI_SUM, fault->comm));
+  if (records) (void)snprintf(digest, sizeof(digest), "of %lld records, %016" PRIx64, (long long)records, hash);
+  PetscCall(SlipStateHasValue(d->s, "stress_history", &has));
+  if (has)
+    PetscCall(CompareText(d, "stress_history", digest));
+  else if (records)
+    PetscCall(Differ(d, "%s is %s, was %s", "stress_history", digest, "none"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Compares the content of the tolerances for -fault_accuracy; older checkpoints have none. */
 static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
 {
@@ -330,6 +366,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)) && cells; f++)
     if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->fields.cell[f]));
   if (cells) PetscCall(CompareRecord(&d, fault));
+  if (cells) PetscCall(CompareHistory(&d, fault));
   if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->operators.scaling, "", CHECKPOINT_SAME));
   if (!d.text[0]) PetscCall(CompareReal(&d, "critical_energy", fault->critical.energy, "Pa m", CHECKPOINT_SAME));
   PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",

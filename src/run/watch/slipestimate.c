@@ -176,8 +176,10 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (fault->loads.pressed)
+  if (fault->loads.pore)
     *why = "not calibrated under a pore pressure";
+  else if (SlipLoadsChange(&fault->loads))
+    *why = "not calibrated under stresses in time";
   else if (fault->friction.law->always_slides)
     *why = "not calibrated for this friction law";
   else if (fault->kind.sequence)

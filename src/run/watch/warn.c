@@ -95,7 +95,8 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  if (!fault->friction.law->always_slides || fault->loads.pressed || !r->weakens) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->always_slides || SlipLoadsChange(&fault->loads) || !r->weakens)
+    PetscFunctionReturn(PETSC_SUCCESS);
   if (fault->mesh.N == 1 ? r->alone == 0 : r->nucleation > width) PetscFunctionReturn(PETSC_SUCCESS); /* stable */
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   for (PetscInt i = 0; i < fault->mesh.n && !moves; i++) {
