@@ -87,12 +87,13 @@ static void many(void **state)
   static PetscReal a[N], b[N], f0[N], slip[N], stress[N], tau[N], s[N], v[N], ds[N], mine[2 * N], kept[4 * N];
   const SlipFrictionLaw *law = Strong();
   SlipFrictionCells f = Cells(a, b, f0, slip);
+  int fast = 0;
 
   f.law = law, f.stress = stress, f.own = mine, f.nown = 2;
   for (int i = 0; i < N; i++) {
     a[i] = 0.008 + 1e-5 * (i % 10), b[i] = 0.012, f0[i] = 0.6, slip[i] = 0.1, stress[i] = 1e8;
     mine[2 * i] = 0.1 + 1e-4 * i, mine[2 * i + 1] = 0.1 + 1e-3 * i;
-    tau[i] = (i % 2 ? -1 : 1) * (3e7 + 1e5 * (i % 300)), s[i] = -10 + 0.03 * i;
+    tau[i] = (i % 2 ? -1 : 1) * (3e7 + 1e5 * (i % 300)), s[i] = -30 + 0.08 * (i % 500);
   }
   law->keep(&f, N, 4.6e6, kept);
   SlipFrictionBalance(&f, kept, N, 4.6e6, tau, 1, s, v, ds);
@@ -117,10 +118,12 @@ static void many(void **state)
     AssertNear((v[i] < 0 ? -1 : 1) * (mu * 1e8 + 4.6e6 * fabs(v[i])), tau[i], 1e-12 * 6e7);
     law->rate(&p, &s[i], fabs(v[i]), &rate, &d, &dv);
     AssertNear(ds[i], rate, 1e-14 * fabs(rate));
+    fast += fabs(v[i]) > mine[2 * i + 1];
     law->steady(&p, fabs(v[i]), &steady);
     SlipFrictionStateDrift(&one, 1, 0.3 * slip[i] / fabs(v[i]), &v[i], 1, &end, work);
     AssertNear(end, steady + (s[i] - steady) * exp(-0.3), 1e-12 * (1 + fabs(steady) + fabs(s[i])));
   }
+  assert_true(fast > N / 10 && fast < N / 2);
 }
 
 /* A step of the rate, in steady slip: at once friction rises by a times ln of the ratio, and then it goes to f_ss
