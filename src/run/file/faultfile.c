@@ -347,6 +347,9 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
+  for (PetscInt id = FAULT_TIDE_PERIOD; id <= FAULT_NUCLEATION; id++)
+    if (fault->options.text[id][0])
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
   PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
