@@ -108,6 +108,11 @@ class ExamplesTest(PictureTest):
         self.example("triggering.sh", CELLS="4 2", YEARS="150")
         self.look(self.path("triggering.png"))
 
+    def test_tides(self):
+        done = self.example("tides.sh", DAYS="40")
+        self.look(self.path("tides.png"))
+        self.assertRegex(done.stdout, r"\d+ events, of the tide of 12.42 hours: Schuster's p [\d.e-]+, mean phase")
+
     def test_step_over(self):
         """Shear stress alone does not know right from left, normal stress does. Cells of 2 km break the second fault at
         500 m in any case, at 20 km in none."""

@@ -193,6 +193,28 @@ if PETSc.COMM_WORLD.rank == 0:
                     self.assertEqual(set(got["events"].dtype.names),
                                      {name for name in events if isinstance(events[name], h5py.Dataset)})
 
+    def test_stresses(self):
+        """add_stress() is a group of -fault_stress_history, in this process and by the program, bit by bit."""
+        self.run_code("""
+import numpy as np
+from slipstep.running import Fault as Program
+found = []
+for kind in (slipstep.Fault, Program):
+    fault = kind(nx=4, nz=3, friction_law="constant", inertia=False, viscosity="radiation", initial="traction",
+                 normal_stress=5e7, normal_stress_gradient=0.0, ts_max_time=50)
+    fault.add_stress([0, 100], [0, 1], shear=5e7, normal=np.full((3, 4), -1e7))
+    fault.add_stress([0, 50], [0, 1], shear=1e6)
+    found.append(fault.run(progress=False))
+slips = [np.asarray(result.series["mean_slip"]) for result in found]
+assert slips[0][-1] > 0.01 and (slips[0] == slips[1]).all(), slips
+fault = slipstep.Fault()
+try:
+    fault.add_stress([0, 1], [1], shear=1e6)
+    sys.exit("a course of another length was taken")
+except ValueError as error:
+    assert "(2,)" in str(error) and "(1,)" in str(error), error
+""")
+
     def test_vectors(self):
         """Two components of slip: two numbers a cell, but for what has one, as the output has them; cells that open
         likewise. The largest rate of a state is that of /series, of all cells and components."""

@@ -45,7 +45,8 @@ def declared(code):
 
 def fault_table(code):
     # numbers, choices; switches; rows that a header has
-    rows = code["src/fault/setup/parameters.c"] + code["include/slipstep/private/slipfaultregional.h"]
+    rows = "".join(code[name] for name in ("src/fault/setup/parameters.c", "src/fault/setup/choices.c",
+                                           "include/slipstep/private/slipfaultregional.h"))
     return re.findall(r'(?:\[FAULT_\w+\]\s*=[\s\\]*\{[\s\\]*|^  \{)"(\w+)"', rows, re.M)
 
 

@@ -10,7 +10,9 @@ from scripts import FAULT, ScriptTest
 import h5py
 import numpy as np
 
+from slipstep import OutputError, Run
 from slipstep.modules import ENVIRONMENT
+from slipstep.programs.tides import Tide, schuster, tides_of
 
 STICKING = ("-fault_nx 3 -fault_nz 2 -fault_normal_stress 5e7 -fault_normal_stress_gradient 0 -fault_initial traction "
             "-fault_initial_traction 1e7 -ts_max_time 120 -fault_friction_law linear_slip_weakening")
@@ -124,6 +126,21 @@ class StressHistory(ScriptTest):
                         whole, part = self.get("whole.h5", path), self.get("part.h5", path)
                         self.assertGreater(len(whole), 60)
                         self.assertEqual(whole.tobytes(), part.tobytes())
+
+    def test_phases(self):
+        """Schuster's p of phases that are all the same, evenly spread, and drawn; what slipstep tides refuses."""
+        self.assertAlmostEqual(schuster([30.0] * 5)[0], np.exp(-5))
+        self.assertAlmostEqual(schuster([30.0] * 5)[1], 30)
+        self.assertAlmostEqual(schuster(np.arange(0, 360, 30.0))[0], 1)
+        random = np.random.default_rng(1)  # p is uniform: a tenth below 0.1, within three standard deviations of 1000
+        below = np.mean([schuster(random.uniform(0, 360, 200))[0] < 0.1 for _ in range(1000)])
+        self.assertAlmostEqual(below, 0.1, delta=3 * np.sqrt(0.09 / 1000))
+        tide = Tide(100.0, 1e3, 0.0, 30.0)
+        self.assertAlmostEqual(float(tide.phase(1025.0)), 120)
+        self.assertAlmostEqual(float(tide.course(1025.0)), np.sin(np.radians(120)))
+        self.run_fault(STICKING, "-fault_inertia", "no")
+        with self.assertRaisesRegex(OutputError, "of a run without tides"):
+            tides_of(Run(self.path("run.h5")))
 
     def test_bad_input(self):
         good = {"time": [0, 1.0], "course": [0, 1.0], "shear": 1e6}

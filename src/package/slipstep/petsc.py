@@ -305,6 +305,8 @@ class Process(Program):
         try:
             with handled(interrupt), keep_warnings(), database_of(fault, given) as given:
                 inner = Fault(getattr(fault, "_comm_given", None), **given, **fault._arrays, **fault._functions)
+                for stress in fault._stresses:
+                    inner.add_stress(**stress)
                 try:
                     ts = PETSc.TS().create(getattr(fault, "_comm_given", None))
                     if "progress" not in given:
@@ -383,6 +385,17 @@ class Fault(Runs):
                 self._check_shape(name, field)
             call("SlipFaultSetField", self, name, field.size, field.ravel())
             self._fields[name] = field
+
+    def add_stress(self, time, course, shear=None, normal=None):
+        stress = super().add_stress(time, course, shear, normal)
+        if stress["time"].ndim != 1 or stress["time"].shape != stress["course"].shape:
+            raise ValueError(f"time has the shape {stress['time'].shape} and course {stress['course'].shape}, expected "
+                             "two lists of one length")
+        fields = [np.zeros(0) if stress[name] is None else stress[name].ravel() for name in ("shear", "normal")]
+        call("SlipFaultAddStress", self, stress["time"].size, stress["time"], stress["course"],
+             fields[0].size, fields[0], fields[1].size, fields[1])
+
+    add_stress.__doc__ = Runs.add_stress.__doc__
 
     @property
     def shape(self):

@@ -125,12 +125,29 @@ def command(fault, given, arrays, folder):
                 elif value.ndim == 1 and not fault._has_mesh() and value.size == nz * nx:
                     value = value.reshape(nz, nx)
                 file[name] = value
+    if fault._stresses and folder:
+        if "stress_history" in given:
+            raise Error(f"stress_history is {given['stress_history']}, and add_stress() was called: expected one of "
+                        "them")
+        import h5py
+        given["stress_history"] = os.path.join(folder, "stress_history.h5")
+        with h5py.File(given["stress_history"], "w") as file:
+            for k, stress in enumerate(fault._stresses):
+                for name, value in stress.items():
+                    if value is not None:
+                        file[f"stress_{k + 1}/{name}"] = value
     for name, value in given.items():
         words += [f"-fault_{name}", word(value)]
     for name, value in fault._options.items():
         if name != "options_file":
             words += [f"-{name}", word(value)]
     return words
+
+
+def np_array(value):
+    """Numbers in double precision."""
+    import numpy as np
+    return np.array(value, dtype=np.float64)
 
 
 def cells_of(options):
@@ -218,6 +235,7 @@ class Runs:
 
     def _remember(self):
         self._given, self._options, self._arrays, self._functions = {}, {}, {}, {}
+        self._stresses = []
 
     def _record(self, parameters):
         """The parameters of the fault among those given; others are options of PETSc, and are kept for run()."""
@@ -236,6 +254,15 @@ class Runs:
             if kind is not self._functions:  # which wait for the cells
                 mine[name] = value
         return mine
+
+    def add_stress(self, time, course, shear=None, normal=None):
+        """Add a stress that changes in time, as a group of -fault_stress_history does: course, dimensionless, at times
+        [s], ascending, linear between them and constant beyond, times shear along the rake and normal, positive in
+        compression [Pa]: numbers, or arrays of the cells, [nz, nx] or [n], of shear also with a last dimension of 2,
+        along strike and up dip. Stresses add up."""
+        stress = {"time": time, "course": course, "shear": shear, "normal": normal}
+        self._stresses.append({name: None if value is None else np_array(value) for name, value in stress.items()})
+        return self._stresses[-1]
 
     def _has_mesh(self):
         return "mesh" in self._given or "mesh" in options_of(self._options.get("options_file"))

@@ -347,8 +347,9 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
-  for (PetscInt id = FAULT_REGIONAL_STRESS; id <= FAULT_REGIONAL_RAKE && fault->fields.regional; id++)
-    if (fault->options.text[id][0])
+  for (PetscInt id = FAULT_REGIONAL_STRESS; id <= FAULT_NUCLEATION; id++)
+    if (fault->options.text[id][0] && id != FAULT_STRESS_HISTORY &&
+        (id > FAULT_STRESS_HISTORY || fault->fields.regional))
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
