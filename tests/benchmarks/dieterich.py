@@ -19,11 +19,11 @@ import subprocess
 import sys
 import tempfile
 
+from common import ROOT
 import h5py
 import numpy as np
 
-SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-FAULT = os.path.join(os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build")), "bin", "fault")
+FAULT = os.path.join(os.environ.get("SLIPSTEP_BUILD", os.path.join(ROOT, "build")), "bin", "fault")
 A, B, DC, SIGMA, RATE = 0.01, 0.015, 1e-3, 5e7, 0.01  # ..., [m], [Pa], [Pa/s]
 STIFFNESS, TOGETHER, SPAN, BINS = 2e6, 100, 6.0, 10  # [Pa/m], blocks of a run, t_a of the background, ...
 BEYOND = 1e4  # V theta/d_c at the start, 1 in steady slip

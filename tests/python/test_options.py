@@ -45,7 +45,8 @@ def declared(code):
 
 def fault_table(code):
     # numbers, choices; switches
-    return re.findall(r'(?:\[FAULT_\w+\]\s*=\s*\{|^  \{)"(\w+)"', code["src/fault/setup/parameters.c"], re.M)
+    tables = "\n".join(code[f"src/fault/setup/{name}.c"] for name in ("parameters", "choices"))
+    return re.findall(r'(?:\[FAULT_\w+\]\s*=\s*\{|^  \{)"(\w+)"', tables, re.M)
 
 
 def read(code):
