@@ -1,5 +1,6 @@
-/* Compares a run with that of a checkpoint. The checkpoint has every row of the tables of parameters.c whose part is
-   the problem or its steps, and what files and options result in; they are compared where a run continues. */
+/* Compares a run with that of a checkpoint. The checkpoint has every row of the tables of parameters.c and choices.c
+   whose part is the problem or its steps, and what files and options result in; they are compared where a run
+   continues. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipsys.h>
 #include <inttypes.h>
@@ -108,7 +109,7 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- rows of parameters.c, by their parts; those of the run and of the output may change ---- */
+/* ---- rows of these tables, by their parts; those of the run and of the output may change ---- */
 
 static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
 {
