@@ -257,22 +257,24 @@ static PetscErrorCode CompareHistory(Differences *d, SlipFault fault)
 {
   const SlipFaultLoads *loads = &fault->loads;
   const PetscInt c = fault->layout.components;
-  uint64_t hash = 0;
+  uint64_t hash = 0, courses = SLIP_HASH_START;
   PetscInt records = 0;
   char digest[64] = "none";
   PetscBool has;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < loads->nterms; k++) records += loads->terms[k].rows ? 1 : 0;
+  for (PetscInt k = 0; k < loads->nterms; k++) {
+    records += loads->terms[k].rows ? 1 : 0;
+    courses = SlipHashReals(courses, loads->terms[k].times, (size_t)loads->terms[k].rows);
+    courses = SlipHashReals(courses, loads->terms[k].values, (size_t)loads->terms[k].rows);
+  }
   for (PetscInt i = 0; i < fault->mesh.n && records; i++) {
     const PetscReal number = (PetscReal)SlipFaultMeshRow(&fault->mesh, i);
-    uint64_t cell = SlipHashReals(SLIP_HASH_START, &number, 1);
+    uint64_t cell = SlipHashReals(courses, &number, 1);
 
     for (PetscInt k = 0; k < loads->nterms; k++) {
       const SlipLoadTerm *term = &loads->terms[k];
 
-      cell = SlipHashReals(cell, term->times, (size_t)term->rows);
-      cell = SlipHashReals(cell, term->values, (size_t)term->rows);
       if (term->rows && term->shear) cell = SlipHashReals(cell, term->shear + c * i, (size_t)c);
       if (term->rows && term->normal) cell = SlipHashReals(cell, term->normal + i, 1);
     }
