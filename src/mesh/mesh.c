@@ -39,7 +39,7 @@ PetscErrorCode SlipFaultMeshCreate(const SlipFaultMeshOptions *o, SlipFaultMesh 
     mesh->kind->cell(mesh, SlipFaultMeshRow(mesh, i), &cell);
     mesh->weight[i] = mesh->unit > 0 ? cell.size[0] * cell.size[1] * mesh->unit : 1;
   }
-  SlipMemoryReturn();
+  if (o->file[0]) SlipMemoryReturn();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

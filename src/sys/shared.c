@@ -188,12 +188,6 @@ PetscErrorCode SlipSharedDestroy(SlipShared *shared)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether this process fills an array: the first one of the machine, or each if it is not shared. */
-PetscBool SlipSharedFills(SlipShared s, const void *array)
-{
-  return !s->rank || !Find(s, array)->shared ? PETSC_TRUE : PETSC_FALSE;
-}
-
 /* Gets which of n items of an array this process computes: start, start + 1 ... end - 1. */
 void SlipSharedSlice(SlipShared s, const void *array, PetscInt n, PetscInt *start, PetscInt *end)
 {

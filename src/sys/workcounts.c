@@ -81,11 +81,6 @@ void SlipWorkAdd(SlipWork work, PetscReal units)
   counts[UserOf(ShareOf[work])].cost += cost;
 }
 
-PetscReal SlipWorkPrice(SlipWork work)
-{
-  return WorkPrices[work];
-}
-
 void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides)
 {
   SlipWorkAdd(SLIP_WORK_EVALUATION, 1);

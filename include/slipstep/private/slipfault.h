@@ -300,6 +300,8 @@ PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, co
                                                 PetscInt *n, PetscReal **points);
 /* Gets the point of -fault_injection or -fault_nucleation in space, from the numbers x,z or x,y,z of the option, with
    `more` numbers after them. */
+PETSC_INTERN PetscErrorCode SlipFaultReadNumbers(SlipFault fault, PetscInt id, PetscInt most, PetscReal x[],
+                                                 PetscInt *n, PetscBool *good);
 PETSC_INTERN PetscErrorCode SlipFaultReadPoint(SlipFault fault, PetscInt id, PetscInt more, const char what[],
                                                PetscReal point[3], PetscReal rest[]);
 /* loads.c */

@@ -42,7 +42,7 @@ PETSC_INTERN void SlipCellsPairsEntries(const SlipCellsPairs *pairs, PetscInt i,
 PETSC_INTERN PetscErrorCode SlipCellsPairsFill(SlipCellsPairs *pairs);
 PETSC_INTERN PetscErrorCode SlipCellsPairsDestroy(SlipCellsPairs *pairs);
 
-PETSC_INTERN PetscErrorCode SlipCellsPairTime(const SlipCells *cells, PetscBool normal,
+PETSC_INTERN PetscErrorCode SlipCellsPairTime(const SlipCells *cells, PetscBool normal, PetscReal all,
                                               PetscReal *seconds); /* pairtime.c */
 
 /* A cell for sorting by one coordinate [m], and by number if equal */

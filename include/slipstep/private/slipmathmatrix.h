@@ -113,8 +113,8 @@ typedef struct {
   SlipHParts parts;
   PetscInt *order; /* [N] number among the rows' cells of each cell in the tree's order */
 } SlipHLayout;
-PETSC_INTERN PetscErrorCode SlipHLayoutCreate(MPI_Comm comm, const SlipCells *cells, PetscBool whole,
-                                              PetscReal tolerance, const PetscInt ranges[], SlipHLayout *layout);
+PETSC_INTERN PetscErrorCode SlipHLayoutCreate(PetscLayout rows, const SlipCells *cells, PetscBool whole,
+                                              PetscReal tolerance, SlipHLayout *layout);
 PETSC_INTERN PetscErrorCode SlipHLayoutDestroy(SlipHLayout *layout);
 /* ---- hforecast.c ---- */
 PETSC_INTERN PetscErrorCode SlipHMatForecast(const SlipCells *cells, PetscBool whole, PetscReal tolerance,

@@ -51,7 +51,6 @@ PETSC_EXTERN PetscErrorCode SlipSharedCreate(MPI_Comm comm, SlipShared *shared);
 PETSC_EXTERN PetscErrorCode SlipSharedDestroy(SlipShared *shared);
 PETSC_EXTERN PetscErrorCode SlipSharedMalloc(SlipShared shared, size_t bytes, void *array);
 PETSC_EXTERN PetscErrorCode SlipSharedFree(SlipShared shared, void *array);
-PETSC_EXTERN PetscBool SlipSharedFills(SlipShared shared, const void *array);
 PETSC_EXTERN void SlipSharedSlice(SlipShared shared, const void *array, PetscInt n, PetscInt *start, PetscInt *end);
 PETSC_EXTERN PetscErrorCode SlipSharedReady(SlipShared shared);
 PETSC_EXTERN PetscErrorCode SlipSharedBcast(SlipShared shared, void *array, PetscInt n, MPI_Datatype type);

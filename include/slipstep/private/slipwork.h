@@ -51,7 +51,6 @@ typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 #undef SLIP_WORK_NAME
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
-PETSC_INTERN PetscReal SlipWorkPrice(SlipWork work); /* processor time of a unit [s] */
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
 PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* evaluations of friction */
 PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* and logs them */

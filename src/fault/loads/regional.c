@@ -22,25 +22,16 @@ PetscBool SlipFaultHasRegional(SlipFault fault)
 }
 
 /* Reads n numbers, separated by commas, of an option. */
-static PetscErrorCode ReadNumbers(SlipFault fault, PetscInt id, int n, const char expected[], PetscReal x[])
+static PetscErrorCode ReadNumbers(SlipFault fault, PetscInt id, PetscInt n, const char expected[], PetscReal x[])
 {
-  const char *text = fault->options.text[id];
-  PetscErrorCode ierr = PETSC_SUCCESS;
-  PetscBool finite = PETSC_TRUE;
-  char **part;
-  int count;
+  PetscBool good;
+  PetscInt count;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrToArray(text, ',', &count, &part));
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  for (int k = 0; k < n && k < count && !ierr; k++) {
-    ierr = PetscOptionsStringToReal(part[k], &x[k]);
-    finite = finite && !ierr && PetscAbsReal(x[k]) <= 1e60 ? PETSC_TRUE : PETSC_FALSE;
-  }
-  PetscCall(PetscPopErrorHandler());
-  PetscCall(PetscStrToArrayDestroy(count, part));
-  PetscCheck(count == n && finite, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected %s",
-             SlipFaultPrefix(fault), SlipFaultStrings[id].name, text, expected);
+  PetscCall(SlipFaultReadNumbers(fault, id, n, x, &count, &good));
+  for (PetscInt k = 0; k < n && count == n; k++) good = good && PetscAbsReal(x[k]) <= 1e60 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCheck(count == n && good, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected %s",
+             SlipFaultPrefix(fault), SlipFaultStrings[id].name, fault->options.text[id], expected);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -214,8 +214,9 @@ static void PutShear(SlipFaultLoads *loads, SlipLoadTerm *term, PetscInt i, cons
   }
 }
 
-/* Adds the term of a record, which every process has, with the numbers of its own cells. */
-static PetscErrorCode AddRecord(SlipFaultLoads *loads, const SlipStressRecord *record)
+/* Adds the term of a record with the numbers of the cells of this process. own: fields are of these cells only, and not
+   of all */
+static PetscErrorCode AddRecord(SlipFaultLoads *loads, const SlipStressRecord *record, PetscBool own)
 {
   const SlipFaultMesh *mesh = &loads->fault->mesh;
   const PetscInt c = loads->fault->layout.components;
@@ -230,7 +231,7 @@ static PetscErrorCode AddRecord(SlipFaultLoads *loads, const SlipStressRecord *r
   if (record->nshear) PetscCall(PetscCalloc1(c * loads->n + 1, &term->shear));
   if (record->nnormal) PetscCall(PetscMalloc1(loads->n + 1, &term->normal));
   for (PetscInt i = 0; i < loads->n; i++) {
-    const PetscInt row = SlipFaultMeshRow(mesh, i);
+    const PetscInt row = own ? i : SlipFaultMeshRow(mesh, i);
     const PetscBool vector = record->nshear > 1 && record->nshear > mesh->N ? PETSC_TRUE : PETSC_FALSE;
 
     if (record->nshear)
@@ -282,6 +283,33 @@ static PetscErrorCode ShareReals(MPI_Comm comm, PetscInt n, PetscReal **x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Replaces the field x [n] of a record, which rank 0 has, by what this process needs: a number for all cells, or one or
+   two of each of its own. */
+static PetscErrorCode ShareField(const SlipFaultMesh *mesh, PetscInt n, PetscReal **x)
+{
+  const PetscInt each = n / mesh->N;
+  PetscReal *own, *all, *mine;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (n <= 1) {
+    PetscCall(ShareReals(mesh->comm, n, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  PetscCall(PetscMalloc1(each * mesh->n + 1, &own));
+  PetscCall(PetscMalloc2(rank ? 0 : mesh->N, &all, mesh->n, &mine));
+  for (PetscInt k = 0; k < each; k++) {
+    for (PetscInt e = 0; e < mesh->N && !rank; e++) all[e] = (*x)[each * e + k];
+    PetscCall(SlipFaultScatterFirst(mesh, all, mine));
+    for (PetscInt i = 0; i < mesh->n; i++) own[each * i + k] = mine[i];
+  }
+  PetscCall(PetscFree2(all, mine));
+  PetscCall(PetscFree(*x));
+  *x = own;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads the records of -fault_stress_history on rank 0, and adds their terms. */
 static PetscErrorCode AddHistory(SlipFaultLoads *loads)
 {
@@ -311,9 +339,9 @@ static PetscErrorCode AddHistory(SlipFaultLoads *loads)
     PetscCallMPI(MPI_Bcast(r->name, (PetscMPIInt)size[3], MPI_CHAR, 0, fault->comm));
     PetscCall(ShareReals(fault->comm, r->rows, &r->times));
     PetscCall(ShareReals(fault->comm, r->rows, &r->values));
-    PetscCall(ShareReals(fault->comm, r->nshear, &r->shear));
-    PetscCall(ShareReals(fault->comm, r->nnormal, &r->normal));
-    PetscCall(AddRecord(loads, r));
+    PetscCall(ShareField(&fault->mesh, r->nshear, &r->shear));
+    PetscCall(ShareField(&fault->mesh, r->nnormal, &r->normal));
+    PetscCall(AddRecord(loads, r, PETSC_TRUE));
     PetscCall(SlipStressRecordDestroy(r));
   }
   PetscCall(PetscFree(records));
@@ -324,25 +352,19 @@ static PetscErrorCode AddHistory(SlipFaultLoads *loads)
 static PetscErrorCode ReadTide(SlipFault fault, PetscInt id, PetscInt *n, PetscReal **x)
 {
   const char *text = fault->options.text[id], *prefix = SlipFaultPrefix(fault);
-  PetscErrorCode ierr = PETSC_SUCCESS;
-  char **part;
-  int count;
+  PetscBool good = PETSC_TRUE;
+  PetscInt count = 0;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrToArray(text, ',', &count, &part));
-  PetscCheck(!text[0] || *n < 0 || count == (int)*n, fault->comm, PETSC_ERR_ARG_WRONG,
+  PetscCall(SlipFaultReadNumbers(fault, id, 0, NULL, &count, &good));
+  PetscCheck(!text[0] || *n < 0 || count == *n, fault->comm, PETSC_ERR_ARG_WRONG,
              "-%sfault_%s is \"%s\", expected %lld numbers, one for each of -%sfault_tide_period", prefix,
              SlipFaultStrings[id].name, text, (long long)*n, prefix);
   if (*n < 0) *n = count;
   PetscCall(PetscCalloc1(*n, x));
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  for (int k = 0; k < count && !ierr; k++) {
-    ierr = PetscOptionsStringToReal(part[k], *x + k);
-    if (!ierr && (!isfinite((*x)[k]) || (id == FAULT_TIDE_PERIOD && !((*x)[k] > 0)))) ierr = PETSC_ERR_ARG_WRONG;
-  }
-  PetscCall(PetscPopErrorHandler());
-  PetscCall(PetscStrToArrayDestroy(count, part));
-  PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected numbers%s", prefix,
+  PetscCall(SlipFaultReadNumbers(fault, id, count, *x, &count, &good));
+  for (PetscInt k = 0; k < *n && id == FAULT_TIDE_PERIOD; k++) good = good && (*x)[k] > 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCheck(good, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected numbers%s", prefix,
              SlipFaultStrings[id].name, text,
              id == FAULT_TIDE_PERIOD  ? " > 0 of s, or with " SLIP_TIME_UNITS " behind them, separated by commas"
              : id == FAULT_TIDE_PHASE ? " of degrees, separated by commas"
@@ -445,7 +467,7 @@ PetscErrorCode SlipLoadsTermsSetUp(SlipFaultLoads *loads)
   PetscFunctionBegin;
   for (PetscInt k = 0; k < loads->ngiven; k++) {
     PetscCall(CheckRecord(&loads->given[k], loads->fault->mesh.N));
-    PetscCall(AddRecord(loads, &loads->given[k]));
+    PetscCall(AddRecord(loads, &loads->given[k], PETSC_FALSE));
   }
   PetscCall(AddHistory(loads));
   PetscCall(AddTides(loads));

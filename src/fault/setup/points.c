@@ -113,31 +113,46 @@ PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads the numbers, separated by commas, of an option. most: room in x; n: how many words there are; good: the first
+   ones that x has room for are finite numbers */
+PetscErrorCode SlipFaultReadNumbers(SlipFault fault, PetscInt id, PetscInt most, PetscReal x[], PetscInt *n,
+                                    PetscBool *good)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  char **part;
+  int count;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrToArray(fault->options.text[id], ',', &count, &part));
+  *n = count;
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  for (PetscInt k = 0; k < PetscMin(most, *n) && !ierr; k++) {
+    ierr = PetscOptionsStringToReal(part[k], &x[k]);
+    if (!ierr && !isfinite(x[k])) ierr = PETSC_ERR_FP;
+  }
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(PetscStrToArrayDestroy(count, part));
+  *good = ierr ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads the point [x, y, z] from "x,z" for one plane, or from "x,y,z" for several [m], and the numbers behind it. */
 PetscErrorCode SlipFaultReadPoint(SlipFault fault, PetscInt id, PetscInt more, const char what[], PetscReal point[3],
                                   PetscReal rest[])
 {
-  const char *text = fault->options.text[id];
   PetscReal number[16];
   SlipFaultCell cell;
-  PetscBool planes; /* then x and z alone do not define a point */
-  char **part;
-  int n, want;
-  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscBool planes, good; /* planes: x and z alone do not define a point */
+  PetscInt n, want;
 
   PetscFunctionBegin;
   fault->mesh.kind->cell(&fault->mesh, 0, &cell);
   planes = fault->mesh.planes > 1 || cell.direction[1][2] == 0 ? PETSC_TRUE : PETSC_FALSE;
-  want = (planes ? 3 : 2) + (int)more;
-  PetscCall(PetscStrToArray(text, ',', &n, &part));
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  for (int k = 0; k < want && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &number[k]);
-  PetscCall(PetscPopErrorHandler());
-  PetscCall(PetscStrToArrayDestroy(n, part));
-  for (int k = 0; k < want && n == want && !ierr; k++) ierr = isfinite(number[k]) ? PETSC_SUCCESS : PETSC_ERR_FP;
+  want = (planes ? 3 : 2) + more;
+  PetscCall(SlipFaultReadNumbers(fault, id, want, number, &n, &good));
   PetscCheck(
-    n == want && !ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected %s%s",
-    SlipFaultPrefix(fault), SlipFaultStrings[id].name, text,
+    n == want && good, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_%s is \"%s\", expected %s%s", SlipFaultPrefix(fault),
+    SlipFaultStrings[id].name, fault->options.text[id],
     planes ? "three numbers x,y,z of m, as the mesh has several planes or a level one: along strike, across, and depth"
            : "two numbers x,z of m: along strike, and depth",
     what);

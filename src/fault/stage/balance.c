@@ -244,6 +244,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
       SlipFaultDot(fault, f + fault->layout.components * i, SlipFaultAlong(fault, i)) / fault->mesh.weight[i];
     if (fault->loads.nterms) fault->fields.cell[FIELD_INITIAL_TRACTION][i] -= SlipLoadsStartShear(&fault->loads, i);
   }
+  fault->fields.source[FIELD_INITIAL_TRACTION] = "-fault_initial rate";
   PetscCall(VecRestoreArrayRead(force, &f));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &relative));

@@ -7,7 +7,9 @@
 /* Cells of rows, and as many of columns, from all over the mesh, so that few are near each other. Their pairs are
    computed by rows and by columns, as approximations do it; so many are in the usual leaf of a tree. */
 #define SAMPLE 40
-#define LONG_ENOUGH 0.08 /* processor time of a measurement [s] */
+/* Processor time of a measurement [s], and its share of that of all pairs */
+#define LONG_ENOUGH 0.08
+#define SHARE 0.05
 
 /* Copies every so-manieth cell, data [17 n]. */
 static SlipCells Sample(const SlipCells *c, PetscInt n, PetscReal data[])
@@ -41,8 +43,9 @@ static SlipCells Sample(const SlipCells *c, PetscInt n, PetscReal data[])
   return sample;
 }
 
-/* Measures the processor time of the entries of a pair of different cells [s]: of S, or if normal of Kn. */
-PetscErrorCode SlipCellsPairTime(const SlipCells *cells, PetscBool normal, PetscReal *seconds)
+/* Measures the processor time of the entries of a pair of different cells [s]: of S, or if normal of Kn. all: how many
+   pairs will be computed */
+PetscErrorCode SlipCellsPairTime(const SlipCells *cells, PetscBool normal, PetscReal all, PetscReal *seconds)
 {
   const PetscInt half = PetscMin(SAMPLE, cells->n / 2), n = 2 * half, c = cells->kernel.type->components;
   const PetscReal unit = normal ? 0 : SlipCellsUnit(cells);
@@ -65,7 +68,7 @@ PetscErrorCode SlipCellsPairTime(const SlipCells *cells, PetscBool normal, Petsc
   for (PetscInt i = 0; i < n; i++) cell[i] = i < half ? 2 * i : 2 * (i - half) + 1;
   PetscCall(SlipCellsPairsCreate(&sample, unit, half, cell, half, cell + half, &pairs));
   SlipWorkPause(PETSC_TRUE);
-  for (PetscReal all = 0; all < LONG_ENOUGH;) {
+  for (PetscReal sum = 0; sum < LONG_ENOUGH && (sum == 0 || sum < SHARE * all * least / ((PetscReal)half * half));) {
     PetscReal time;
 
     begin = SlipProcessorTime();
@@ -74,7 +77,7 @@ PetscErrorCode SlipCellsPairTime(const SlipCells *cells, PetscBool normal, Petsc
       SlipCellsPairsEntries(&pairs, 0, half, i, 1, half * (normal ? 1 : c), a);
     }
     time = SlipProcessorTime() - begin;
-    all += PetscMax(time, 1e-6);
+    sum += PetscMax(time, 1e-6);
     least = PetscMin(least, time);
   }
   SlipWorkPause(PETSC_FALSE);

@@ -4,27 +4,11 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
 
-/* Finds the process that owns a row. ranges [size + 1]: the first row of each */
-static PetscMPIInt Owner(PetscMPIInt size, const PetscInt ranges[], PetscInt row)
-{
-  PetscMPIInt low = 0, top = size - 1;
-
-  while (low < top) {
-    const PetscMPIInt middle = (low + top + 1) / 2;
-
-    if (ranges[middle] <= row)
-      low = middle;
-    else
-      top = middle - 1;
-  }
-  return low;
-}
-
 /* Computes all of it on one process. */
-static PetscErrorCode Compute(const SlipCells *cells, PetscBool whole, PetscReal tolerance, PetscMPIInt size,
-                              const PetscInt ranges[], SlipHLayout *layout)
+static PetscErrorCode Compute(const SlipCells *cells, PetscBool whole, PetscReal tolerance, PetscLayout rows,
+                              SlipHLayout *layout)
 {
-  const PetscInt N = cells->n;
+  const PetscInt N = cells->n, each = rows->N / N;
   PetscMPIInt *owner;
   PetscInt *row;
 
@@ -35,28 +19,26 @@ static PetscErrorCode Compute(const SlipCells *cells, PetscBool whole, PetscReal
   for (PetscInt i = 0; i < N; i++) row[SlipCellsAt(cells, i)] = i;
   for (PetscInt i = 0; i < N; i++) {
     layout->order[i] = row[layout->tree.perm[i]];
-    owner[i] = Owner(size, ranges, layout->order[i]);
+    PetscCall(PetscLayoutFindOwner(rows, each * layout->order[i], &owner[i]));
   }
-  PetscCall(SlipHPairsAssign(&layout->tree, &layout->list, tolerance, owner, size, &layout->parts));
+  PetscCall(SlipHPairsAssign(&layout->tree, &layout->list, tolerance, owner, rows->size, &layout->parts));
   PetscCall(PetscFree2(row, owner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the layout for the processes of comm. ranges [processes + 1]: the first cell's row of each. Collective. */
-PetscErrorCode SlipHLayoutCreate(MPI_Comm comm, const SlipCells *cells, PetscBool whole, PetscReal tolerance,
-                                 const PetscInt ranges[], SlipHLayout *layout)
+/* Creates the layout of a matrix with these rows, one or more for each cell. Collective. */
+PetscErrorCode SlipHLayoutCreate(PetscLayout rows, const SlipCells *cells, PetscBool whole, PetscReal tolerance,
+                                 SlipHLayout *layout)
 {
   SlipHParts *parts = &layout->parts;
-  PetscMPIInt size;
   PetscInt number[2] = {0, 0}; /* of nodes and of blocks */
   size_t all = 0;              /* parts */
 
   PetscFunctionBegin;
   *layout = (SlipHLayout){.shared = NULL};
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(SlipSharedCreate(comm, &layout->shared));
+  PetscCall(SlipSharedCreate(rows->comm, &layout->shared));
   if (SlipSharedFirst(layout->shared)) {
-    PetscCall(Compute(cells, whole, tolerance, size, ranges, layout));
+    PetscCall(Compute(cells, whole, tolerance, rows, layout));
     number[0] = layout->tree.nnodes;
     number[1] = layout->list.n;
     all = (size_t)parts->first[layout->list.n];
@@ -71,7 +53,7 @@ PetscErrorCode SlipHLayoutCreate(MPI_Comm comm, const SlipCells *cells, PetscBoo
   PetscCall(SlipSharedMove(layout->shared, (size_t)(number[1] + 1) * sizeof(*parts->first), &parts->first));
   PetscCall(SlipSharedMove(layout->shared, all * sizeof(*parts->keeper), &parts->keeper));
   PetscCall(SlipSharedMove(layout->shared, all * sizeof(*parts->block), &parts->block));
-  PetscCall(SlipSharedMove(layout->shared, (size_t)(size + 2) * sizeof(*parts->start), &parts->start));
+  PetscCall(SlipSharedMove(layout->shared, (size_t)(rows->size + 2) * sizeof(*parts->start), &parts->start));
   SlipMemoryReturn();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

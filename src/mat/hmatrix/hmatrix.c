@@ -417,18 +417,15 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
   Exchange ex = {.comm = PetscObjectComm((PetscObject)S)};
   const SlipHLayout *l = &h->layout;
   const SlipHParts *parts = &l->parts;
-  const PetscInt *ranges;
-  PetscInt sent = 0, start, end, *first;
+  PetscInt sent = 0, start, end;
+  PetscLayout map;
   SlipHRuns rows, columns;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(ex.comm, &ex.rank));
   PetscCall(PetscObjectGetNewTag((PetscObject)S, &ex.tag));
-  PetscCall(MatGetOwnershipRanges(S, &ranges));
-  PetscCall(PetscMalloc1(h->size + 1, &first));
-  for (PetscMPIInt r = 0; r <= h->size; r++) first[r] = ranges[r] / h->rows;
-  PetscCall(SlipHLayoutCreate(ex.comm, cells, h->whole, h->tolerance, first, &h->layout));
-  PetscCall(PetscFree(first));
+  PetscCall(MatGetLayouts(S, &map, NULL));
+  PetscCall(SlipHLayoutCreate(map, cells, h->whole, h->tolerance, &h->layout));
   PetscCall(Touch(S, h, (PetscBool)!h->whole, PETSC_TRUE, &columns, &h->x));
   rows = columns;
   if (h->whole)

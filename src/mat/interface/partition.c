@@ -125,10 +125,11 @@ PetscErrorCode SlipCellsForecasts(const SlipCells *cells, const char type[], Pet
   for (int k = 0; k < (normal ? 2 : 1); k++) {
     SlipCellsForecast *f = forecast + (size_t)k * size;
     const PetscReal c = (PetscReal)cells->kernel.type->components, numbers = k ? c : c * c; /* of a pair of cells */
-    PetscReal pair;
+    PetscReal pair, all = 0;
 
     PetscCall(SlipCellsForecastOfType(cells, type, (PetscBool)k, tolerance, size, order, count, f));
-    PetscCall(SlipCellsPairTime(cells, (PetscBool)k, &pair));
+    for (PetscMPIInt r = 0; r < size; r++) all += f[r].pairs;
+    PetscCall(SlipCellsPairTime(cells, (PetscBool)k, all, &pair));
     for (PetscMPIInt r = 0; r < size; r++) f[r].seconds = f[r].pairs * (pair + ALGEBRA * numbers);
   }
   PetscCall(PetscFree2(order, count));
