@@ -138,6 +138,12 @@ static void nucleation(void **state)
   assert_true(SlipLoadsNextCorner(&fault->loads, -1) == 0 && SlipLoadsNextCorner(&fault->loads, 0) == T &&
               SlipLoadsNextCorner(&fault->loads, T) > 1e300);
   assert_true(SlipLoadsScale(&fault->loads, 1) == T && SlipLoadsScale(&fault->loads, T) > 1e300);
+  assert_true(!fault->kind.sequence); /* it starts one rupture; a tide that follows it may start more */
+  ok(SlipFaultDestroy(&fault));
+  fault = Fault(1);
+  ok(FaultSetStrings(fault, {"nucleation", "500,750,1400,25e6,8"}, {"tide_period", "9"}, {"tide_shear", "1e5"}));
+  ok(SlipFaultSetUp(fault));
+  assert_true(fault->kind.sequence);
   ok(SlipFaultDestroy(&fault));
 }
 

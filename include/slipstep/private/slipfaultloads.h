@@ -15,6 +15,7 @@ typedef struct {
   PetscReal (*value)(const SlipLoadTerm *term, PetscReal t);
   PetscReal (*end)(const SlipLoadTerm *term, PetscReal t);   /* the next time after t where it begins or ends */
   PetscReal (*scale)(const SlipLoadTerm *term, PetscReal t); /* its period, or the like, at t; PETSC_MAX_REAL: none */
+  PetscBool once;                                            /* it starts one event at most */
 } SlipCourse;
 
 /* A stress in time: a course times fields */

@@ -80,8 +80,9 @@ static PetscReal RiseScale(const SlipLoadTerm *term, PetscReal t)
   return t >= 0 && t < term->duration ? term->duration : NEVER;
 }
 
-static const SlipCourse Record = {RecordValue, NoEnd, NoEnd}, Tide = {TideValue, NoEnd, TideScale},
-                        Rise = {RiseValue, RiseEnd, RiseScale};
+static const SlipCourse Record = {RecordValue, NoEnd, NoEnd, PETSC_FALSE},
+                        Tide = {TideValue, NoEnd, TideScale, PETSC_FALSE},
+                        Rise = {RiseValue, RiseEnd, RiseScale, PETSC_TRUE};
 
 /* ---- the terms together ---- */
 
