@@ -4,7 +4,7 @@
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 
-static PetscErrorCode Create_Grid(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, const SlipFaultMeshFile *file)
+static PetscErrorCode Create_Grid(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, SlipFaultMeshFile *file)
 {
   const PetscReal *const e = mesh->extent;
   const char *prefix = o->prefix;

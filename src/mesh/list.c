@@ -122,7 +122,7 @@ PetscErrorCode SlipFaultCellsShare(SlipFaultMesh *mesh, const char type[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Create_List(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, const SlipFaultMeshFile *file)
+static PetscErrorCode Create_List(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, SlipFaultMeshFile *file)
 {
   PetscInt sizes[3] = {file->n, file->columns, file->label ? 1 : 0};
   char source[PETSC_MAX_PATH_LEN + 64];

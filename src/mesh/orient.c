@@ -6,7 +6,6 @@
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
-#include <stdlib.h>
 
 /* Smallest angle between two triangles at an edge [deg]. Below it the surface is folded back on itself: centres would
    be a hundredth of a cell from each other, and the rows of K nearly equal. */
@@ -23,13 +22,38 @@ typedef struct {
   PetscBool forward;           /* the triangle goes from low to top */
 } Edge;
 
-static int Compare(const void *a, const void *b)
+/* Returns the corner after e around its triangle. */
+static PetscInt Next(PetscInt e)
 {
-  const Edge *p = (const Edge *)a, *q = (const Edge *)b;
+  return e - e % 3 + (e + 1) % 3;
+}
 
-  if (p->low != q->low) return p->low < q->low ? -1 : 1;
-  if (p->top != q->top) return p->top < q->top ? -1 : 1;
-  return p->triangle < q->triangle ? -1 : p->triangle > q->triangle;
+/* Finds the sides of all triangles, ascending by low, top and triangle: distributes them by low, and sorts the few of
+   each vertex. qsort() would take twice the memory. */
+static PetscErrorCode Edges(const SlipFaultMeshFile *m, Edge edge[])
+{
+  PetscInt *end; /* one past the sides of each low vertex so far */
+  PetscInt first = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(m->nvertices + 1, &end));
+  for (PetscInt e = 0; e < 3 * m->n; e++) end[PetscMin(m->corner[e], m->corner[Next(e)]) + 1]++;
+  for (PetscInt v = 0; v < m->nvertices; v++) end[v + 1] += end[v];
+  for (PetscInt e = 0; e < 3 * m->n; e++) {
+    const PetscInt a = m->corner[e], b = m->corner[Next(e)];
+
+    edge[end[PetscMin(a, b)]++] = (Edge){PetscMin(a, b), PetscMax(a, b), e / 3, a < b ? PETSC_TRUE : PETSC_FALSE};
+  }
+  for (PetscInt v = 0; v < m->nvertices; first = end[v++])
+    for (PetscInt i = first + 1; i < end[v]; i++) {
+      const Edge own = edge[i];
+      PetscInt k = i;
+
+      for (; k > first && edge[k - 1].top > own.top; k--) edge[k] = edge[k - 1];
+      edge[k] = own;
+    }
+  PetscCall(PetscFree(end));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static const PetscReal *Vertex(const SlipFaultMeshFile *m, PetscInt v)
@@ -235,12 +259,7 @@ PetscErrorCode SlipFaultTrianglesOrient(const char source[], SlipFaultMeshFile *
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(3 * (size_t)m->n, &edge));
-  for (PetscInt e = 0; e < 3 * m->n; e++) {
-    const PetscInt a = m->corner[e], b = m->corner[e - e % 3 + (e + 1) % 3];
-
-    edge[e] = (Edge){PetscMin(a, b), PetscMax(a, b), e / 3, a < b ? PETSC_TRUE : PETSC_FALSE};
-  }
-  qsort(edge, 3 * (size_t)m->n, sizeof(*edge), Compare);
+  PetscCall(Edges(m, edge));
   PetscCall(CheckFolds(source, m, edge));
   PetscCall(PetscMalloc1(3 * (size_t)m->n, &across));
   PetscCall(PetscCalloc1(m->n, &filled));

@@ -95,8 +95,7 @@ static void Extents(SlipFaultMesh *mesh)
   mesh->extent[MESH_DIP] = dip;
 }
 
-static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o,
-                                       const SlipFaultMeshFile *file)
+static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, SlipFaultMeshFile *file)
 {
   const SlipCells *c = &mesh->cells;
   PetscInt sizes[2] = {file->n, file->nvertices};
@@ -116,6 +115,10 @@ static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshO
     PetscCall(PetscArraycpy(mesh->vertex, file->vertex, 3 * (size_t)sizes[1]));
     PetscCall(PetscArraycpy(mesh->corner, file->corner, 3 * (size_t)sizes[0]));
     PetscCall(PetscArraycpy(mesh->label, file->label, sizes[0]));
+    PetscCall(PetscFree(file->vertex));
+    PetscCall(PetscFree(file->corner));
+    PetscCall(PetscFree(file->label));
+    SlipMemoryReturn();
   }
   PetscCall(SlipSharedBcast(mesh->shared, mesh->vertex, 3 * sizes[1], MPIU_REAL));
   PetscCall(SlipSharedBcast(mesh->shared, mesh->corner, 3 * sizes[0], MPIU_INT));

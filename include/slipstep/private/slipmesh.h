@@ -72,7 +72,7 @@ typedef struct {
 /* Cells are numbered by their rows in a file, or iz nx + ix in a grid; this process has cells start, start + 1 ... */
 typedef struct {
   /* sets all but n, start and weight; file: content of -fault_mesh on rank 0, else empty except for triangles */
-  PetscErrorCode (*create)(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, const SlipFaultMeshFile *file);
+  PetscErrorCode (*create)(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, SlipFaultMeshFile *file);
   void (*cell)(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *cell);
   PetscErrorCode (*stiffness)(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, Mat *K,
                               Mat *Kn);                          /* Kn: may be NULL */

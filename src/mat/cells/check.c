@@ -351,6 +351,7 @@ static PetscErrorCode Check(const SlipCells *c, const char source[])
   TryClusters(&s, 0, 0);
   PetscCall(SlipClusterTreeDestroy(&s.tree));
   PetscCall(PetscFree(s.box));
+  SlipMemoryReturn();
   rows[0] = s.rows[0];
   rows[1] = s.rows[1];
   cross = s.cross;

@@ -30,29 +30,31 @@ void SlipCellsBox(const SlipCells *c, PetscInt e, PetscReal box[6])
 }
 
 /* Computes the box of the cells, and the coordinate in which their centres extend most. */
-static void Bounds(const SlipCells *c, const PetscReal box[], const PetscInt perm[], SlipCluster *node,
-                   const PetscReal **coordinate)
+static void Bounds(const SlipCells *c, const PetscInt perm[], SlipCluster *node, const PetscReal **coordinate)
 {
   const PetscReal *centre[3] = {c->x, c->y, c->z};
-  PetscReal widest = -1, boxed = 0, spread = 0;
+  PetscReal low[3], top[3], widest = -1, boxed = 0, spread = 0;
 
   for (int k = 0; k < 3; k++) {
-    PetscReal low = PETSC_MAX_REAL, top = PETSC_MIN_REAL;
+    low[k] = node->low[k] = PETSC_MAX_REAL;
+    top[k] = node->top[k] = PETSC_MIN_REAL;
+  }
+  for (PetscInt i = node->start; i < node->end; i++) {
+    PetscReal box[6];
 
-    node->low[k] = PETSC_MAX_REAL;
-    node->top[k] = PETSC_MIN_REAL;
-    for (PetscInt i = node->start; i < node->end; i++) {
-      const PetscInt e = perm[i];
-
-      low = PetscMin(low, centre[k][e]);
-      top = PetscMax(top, centre[k][e]);
-      node->low[k] = PetscMin(node->low[k], box[6 * e + k]);
-      node->top[k] = PetscMax(node->top[k], box[6 * e + 3 + k]);
+    SlipCellsBox(c, perm[i], box);
+    for (int k = 0; k < 3; k++) {
+      low[k] = PetscMin(low[k], centre[k][perm[i]]);
+      top[k] = PetscMax(top[k], centre[k][perm[i]]);
+      node->low[k] = PetscMin(node->low[k], box[k]);
+      node->top[k] = PetscMax(node->top[k], box[3 + k]);
     }
+  }
+  for (int k = 0; k < 3; k++) {
     boxed += PetscSqr(node->top[k] - node->low[k]);
-    spread += PetscSqr(top - low);
-    if (top - low > widest) {
-      widest = top - low;
+    spread += PetscSqr(top[k] - low[k]);
+    if (top[k] - low[k] > widest) {
+      widest = top[k] - low[k];
       *coordinate = centre[k];
     }
   }
@@ -87,11 +89,8 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
 {
   const PetscInt n = cells->n;
   SlipCellKey *key;
-  PetscReal *box; /* box of each cell */
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(6 * (size_t)n, &box));
-  for (PetscInt i = 0; i < n; i++) SlipCellsBox(cells, i, box + 6 * i);
   PetscCall(PetscMalloc1(n, &tree->perm));
   PetscCall(PetscMalloc1(2 * n, &tree->node)); /* a binary tree with at most n leaves */
   PetscCall(PetscMalloc1(n, &key));
@@ -104,7 +103,7 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     PetscInt middle;
     const PetscReal *coordinate = NULL;
 
-    Bounds(cells, box, tree->perm, node, &coordinate);
+    Bounds(cells, tree->perm, node, &coordinate);
     if (size <= leaf) continue;
     for (PetscInt i = 0; i < size; i++) {
       const PetscInt e = tree->perm[start + i];
@@ -121,7 +120,6 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     }
   }
   PetscCall(PetscFree(key));
-  PetscCall(PetscFree(box));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
