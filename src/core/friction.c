@@ -383,6 +383,14 @@ void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stri
   }
 }
 
+/* Does the same for cell i alone. */
+void SlipFrictionStateRateOf(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v, PetscReal ds[])
+{
+  const SlipFriction p = At(f, i);
+
+  StateRate(f->law, &p, s, v, ds);
+}
+
 /* Computes the states at the end of a stage with the rates v from s0 [n][states]; s has a stride. */
 void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta, const PetscReal s0[],
                               const PetscReal v[], PetscInt stride, PetscReal s[])

@@ -77,3 +77,22 @@ PetscErrorCode SlipProblemRollBack(TS ts)
   if (problem && problem->history.rollback) PetscCall((*problem->history.rollback)(ts, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Replaces the norm E of an attempt's error, of the given order (NULL allowed), where that of the problem's history is
+   larger, which has the order 3. */
+PetscErrorCode SlipHistoryError(TS ts, PetscReal *E, PetscInt *order)
+{
+  const SlipProblemOps *problem;
+  PetscReal history = 0;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->history.error)
+    PetscCall((*problem->history.error)(ts, ts->ptime + ts->time_step, ts->vec_sol, &history, ctx));
+  if (history > *E) {
+    *E = history;
+    if (order) *order = 3;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -97,13 +97,15 @@ static PetscErrorCode Stop_Fault(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1,
 
 static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx)
 {
-  PetscReal rtol, t, h;
+  PetscReal rtol, t, h, zone = 0;
 
   PetscFunctionBegin;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetTimeStep(ts, &h));
   PetscCall(SlipFaultErrorNorm((SlipFault)ctx, rtol, t + h, h, e, w0, w1, E));
+  if (((SlipFault)ctx)->zone.on) PetscCall(SlipFaultZoneError((SlipFault)ctx, rtol, t + h, w1, NULL, &zone));
+  *E = PetscMax(*E, zone);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,6 +118,7 @@ static PetscErrorCode Origin_Fault(TS ts, PetscReal origin, PetscReal by, void *
   fault->loads.origin = origin;
   fault->balance.time -= by;
   for (int node = 0; node < SLIP_NUM_NODES; node++) fault->settled.time[node] -= by;
+  SlipFaultZoneOrigin(fault, by);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,7 +134,7 @@ static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- a medium with memory ---- */
+/* ---- a medium or shear zones with memory ---- */
 
 static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
 {
@@ -142,6 +145,7 @@ static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, v
   (void)ts;
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipFaultZoneAccept(fault, t, w, first)); /* by the medium's history of the step before */
   PetscCall(SlipElasticAccept(fault->medium, t, u, first));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -156,6 +160,7 @@ static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
   (void)ts;
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipFaultZoneAdvance(fault, t, w));
   PetscCall(SlipElasticAdvance(fault->medium, t, u));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,7 +170,20 @@ static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
 {
   PetscFunctionBegin;
   (void)ts;
+  PetscCall(SlipFaultZoneRollBack((SlipFault)ctx));
   PetscCall(SlipElasticRollBack(((SlipFault)ctx)->medium));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HistoryError_Fault(TS ts, PetscReal t, Vec w, PetscReal *E, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  /* explicit steps: the rate of w is that of the start, and the last right-hand side was at its end */
+  PetscCall(SlipFaultZoneError(fault, rtol, t, w, fault->problem.steps.any_integrator ? fault->balance.rate : NULL, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -319,6 +337,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   PetscFunctionBegin;
   PetscCall(SlipElasticRemembers(fault->medium, &remembers));
+  if (fault->zone.on) remembers = PETSC_TRUE;
+  if (fault->zone.on) problem->history.error = HistoryError_Fault;
   if (remembers) {
     problem->history.accept = Accept_Fault;
     problem->history.advance = Advance_Fault;
@@ -337,7 +357,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->control.hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* a driven fault rests for years between events */
     problem->steps.corner = SlipFaultNextCorner;
-    problem->steps.rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
+    problem->steps.rest =
+      fault->friction.law->nstates || fault->zone.on ? NULL : SlipFaultRest; /* they evolve at rest */
     problem->steps.error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->steps.stop = Stop_Fault;
   }
