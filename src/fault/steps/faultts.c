@@ -80,6 +80,7 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
   if (fault->kind.driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
   if (!fault->kind.driven && !fault->critical.known)
     *why = "the fault does not start from its instability, whose scales the policy needs (-fault_initial)";
+  if (fault->zone.on) *why = "pressure across the fault (-fault_shear_zone_width) changes its strength";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
