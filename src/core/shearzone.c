@@ -18,7 +18,7 @@
 #include <slipstep/rooms/slipcore.h>
 #include <math.h>
 
-/* The last wavenumber over 1/(w^2/2 + a age)^(1/2), at this tolerance: all longer waves together miss its fifth power */
+/* The last wavenumber over 1/(w^2/2 + a age)^(1/2), at this tolerance; longer waves together miss its fifth power */
 #define LONGEST 0.3
 #define LONGEST_TOLERANCE 1e-4
 /* Diffusivities that differ by less are taken this far apart, which changes pressure by less than this and leaves 11
@@ -113,6 +113,7 @@ PetscErrorCode SlipShearZoneCreate(PetscReal tolerance, PetscReal age, SlipShear
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the sums. */
 PetscErrorCode SlipShearZoneDestroy(SlipShearZone *zone)
 {
   PetscFunctionBegin;

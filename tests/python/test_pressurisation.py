@@ -57,8 +57,8 @@ class Pressurisation(FaultTest):
     def test_order(self):
         """A block on a spring under constant friction f, eta v = T - K u - f (sigma - p), p = int K_p(t - s) tau v ds
         with the closed kernel, by the trapezoidal rule with two numbers of steps and extrapolation: right to 1e-8.
-        Slip by each integrator in steps that are halved twice: the error falls by 4 each time; of Adams' formulas, which
-        begin at order 1, only the second time."""
+        Slip by each integrator in steps that are halved twice: the error falls by 4 each time; of Adams' formulas,
+        which begin at order 1, only the second time."""
         K, G, rho, width, hydraulic, sigma, T, end = 1e7, 30e9, 2500.0, 5e-3, 1e-5, 5e7, 31e6, 1.0
         eta = math.sqrt(G * rho) / 2  # G and rho are the defaults
 

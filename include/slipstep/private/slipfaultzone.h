@@ -7,7 +7,7 @@ typedef struct {
   PetscBool on, dilates;  /* there is a shear zone or dilatancy; there is dilatancy */
   SlipShearZone sums;     /* of its kernels; n = 0: there is no shear zone */
   PetscReal storage, run; /* beta [1/Pa] and 1/t_p [1/s] of dilatancy */
-  /* The history, in two slots as in slipelastic.h: the time and the numbers of the cells, which pressurisation.c lists */
+  /* The history, in two slots as in slipelastic.h: the time and the numbers of the cells that pressurisation.c lists */
   PetscBool known, trial;
   PetscReal time[2]; /* [s] */
   Vec past[2];
@@ -24,9 +24,12 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipFaultZoneSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultZoneDestroy(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultZoneView(SlipFault fault, PetscViewer viewer);
-/* The history: what SlipElasticAccept() and its like do for the medium, and times that count from another origin */
-PETSC_INTERN PetscErrorCode SlipFaultZoneAccept(SlipFault fault, PetscReal t, Vec w, PetscBool first);
-PETSC_INTERN PetscErrorCode SlipFaultZoneAdvance(SlipFault fault, PetscReal t, Vec w);
+/* The history: what SlipElasticAccept() and its like do for the medium, with the friction of the state, and times that
+   count from another origin */
+PETSC_INTERN PetscErrorCode SlipFaultZoneAccept(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction);
+PETSC_INTERN void SlipFaultZoneForget(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultZoneAdvance(SlipFault fault, PetscReal t, Vec w,
+                                                 const SlipFrictionCells *friction);
 PETSC_INTERN PetscErrorCode SlipFaultZoneRollBack(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultZoneVisit(SlipFault fault, SlipState state);
 PETSC_INTERN void SlipFaultZoneOrigin(SlipFault fault, PetscReal by);
@@ -40,5 +43,5 @@ PETSC_INTERN PetscErrorCode SlipFaultZoneOfStage(SlipFault fault, Vec u0, const 
 PETSC_INTERN PetscErrorCode SlipFaultZoneError(SlipFault fault, PetscReal rtol, PetscReal t, Vec w, Vec rate,
                                                PetscReal *E);
 /* Temperature rise [K] and pressure [Pa] of the cells of this process in a state; either may be NULL */
-PETSC_INTERN PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, PetscReal temperature[],
-                                                PetscReal pressure[]);
+PETSC_INTERN PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction,
+                                                PetscReal temperature[], PetscReal pressure[]);

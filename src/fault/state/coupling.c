@@ -1,5 +1,5 @@
-/* Computes normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), and 0 for open cells; without
-   Kn only the pressure in shear zones changes it (pressurisation.c). u is
+/* Computes normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), and 0 for open cells;
+   without Kn only the pressure in shear zones changes it (pressurisation.c). u is
    the displacement relative to the far field, which loading by backslip leaves as it is. u0 is that of the start, which
    is not 0 where elastic stress is critical there: sigma0 is the normal stress before any slip. */
 #include <slipstep/private/slipfault.h>

@@ -232,8 +232,8 @@ PetscErrorCode SlipFaultZoneOfBalance(SlipFault fault, PetscReal t, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For a stage with u = u0 + theta v [n][components], without dilatancy: q and dq/d|v| (NULL: not wanted) are those of the
-   given normal stress, of which only the positive part counts. Both and the stress become those under pressure. */
+/* For a stage with u = u0 + theta v [n][components], without dilatancy: q and dq/d|v| (NULL: not wanted) are those of
+   the given normal stress, of which only the positive part counts. Both and the stress become those under pressure. */
 PetscErrorCode SlipFaultZoneOfStage(SlipFault fault, Vec u0, const PetscReal v[], PetscReal stress[], PetscReal q[],
                                     PetscReal dq[])
 {
@@ -322,18 +322,15 @@ PetscErrorCode SlipFaultZoneError(SlipFault fault, PetscReal rtol, PetscReal t, 
 
 /* ---- the history ---- */
 
-/* Sets the numbers of a slot for the state w at t, after a way from the history, or from nothing. */
-static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, PetscBool first)
+/* Sets the numbers of slot 1 for the state w at t, after a way from the history, or from nothing. */
+static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction)
 {
   SlipFaultZone *z = &fault->zone;
   const PetscInt c = fault->layout.components;
-  SlipFrictionCells friction;
   const PetscReal *a, *vinf, *past;
   PetscReal *to;
 
   PetscFunctionBegin;
-  if (first) z->known = PETSC_FALSE;
-  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   if (z->known) {
     PetscCall(Begin(fault, t, &past));
     PetscCall(End(fault, &past));
@@ -346,8 +343,8 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, PetscBool first)
                     *s = a + SlipFaultStateAt(fault, i);
     PetscReal *b = to + z->block * i, *restrict m = b + c + MEMORY, mu, ds[SLIP_MAX_STATES], dv, tau, way[3];
 
-    SlipFrictionEvaluate(&friction, i, s, speed, &mu, ds, &dv);
-    tau = mu * friction.stress[i];
+    SlipFrictionEvaluate(friction, i, s, speed, &mu, ds, &dv);
+    tau = mu * friction->stress[i];
     if (z->known) {
       const PetscReal heat = (b[c + STRESS] + tau) / 2 * Slip(fault, to, vinf, i, u, way), power = b[c + POWER];
 
@@ -374,16 +371,23 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, PetscBool first)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultZoneAccept(SlipFault fault, PetscReal t, Vec w, PetscBool first)
+/* Forgets the history: a run begins. */
+void SlipFaultZoneForget(SlipFault fault)
+{
+  fault->zone.known = PETSC_FALSE;
+  fault->coupling.moment = (SlipFaultMoment){0};
+}
+
+PetscErrorCode SlipFaultZoneAccept(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction)
 {
   PetscFunctionBegin;
   if (!fault->zone.on) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Move(fault, t, w, first));
+  PetscCall(Move(fault, t, w, friction));
   fault->zone.trial = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultZoneAdvance(SlipFault fault, PetscReal t, Vec w)
+PetscErrorCode SlipFaultZoneAdvance(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction)
 {
   SlipFaultZone *z = &fault->zone;
 
@@ -393,7 +397,7 @@ PetscErrorCode SlipFaultZoneAdvance(SlipFault fault, PetscReal t, Vec w)
     PetscCall(VecCopy(z->past[1], z->past[0]));
     z->time[0] = z->time[1];
   }
-  PetscCall(Move(fault, t, w, PETSC_FALSE));
+  PetscCall(Move(fault, t, w, friction));
   z->trial = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -436,18 +440,17 @@ PetscErrorCode SlipFaultZoneVisit(SlipFault fault, SlipState state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, PetscReal temperature[], PetscReal pressure[])
+PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction,
+                                   PetscReal temperature[], PetscReal pressure[])
 {
   const SlipFaultZone *z = &fault->zone;
   const PetscInt c = fault->layout.components;
-  SlipFrictionCells friction;
   const PetscReal *a, *past, *vinf;
 
   PetscFunctionBegin;
   if (temperature) PetscCall(PetscArrayzero(temperature, fault->mesh.n));
   if (pressure) PetscCall(PetscArrayzero(pressure, fault->mesh.n));
   if (Unknown(fault)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(Begin(fault, t, &past));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(fault->operators.vinf, &vinf));
@@ -456,8 +459,8 @@ PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, PetscRea
     PetscReal way[3], mu, ds[SLIP_MAX_STATES], dv, fixed, gain, tau, sum;
     const PetscReal slip = Slip(fault, past, vinf, i, a + SlipFaultDisplacementAt(fault, i), way);
 
-    SlipFrictionEvaluate(&friction, i, s, SlipFaultSpeed(fault, a, i), &mu, ds, &dv);
-    tau = mu * friction.stress[i];
+    SlipFrictionEvaluate(friction, i, s, SlipFaultSpeed(fault, a, i), &mu, ds, &dv);
+    tau = mu * friction->stress[i];
     Pressure(fault, past, i, slip, *s, &fixed, &gain);
     if (pressure) pressure[i] = fixed + gain * tau;
     if (!temperature) continue;

@@ -98,15 +98,13 @@ static PetscErrorCode Stop_Fault(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1,
 
 static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx)
 {
-  PetscReal rtol, t, h, zone = 0;
+  PetscReal rtol, t, h;
 
   PetscFunctionBegin;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetTimeStep(ts, &h));
   PetscCall(SlipFaultErrorNorm((SlipFault)ctx, rtol, t + h, h, e, w0, w1, E));
-  if (((SlipFault)ctx)->zone.on) PetscCall(SlipFaultZoneError((SlipFault)ctx, rtol, t + h, w1, NULL, &zone));
-  *E = PetscMax(*E, zone);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,16 +135,27 @@ static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E,
 
 /* ---- a medium or shear zones with memory ---- */
 
+/* Friction of a state from which shear zones go on */
+static PetscErrorCode ZoneFriction(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction)
+{
+  PetscFunctionBegin;
+  if (fault->zone.on) PetscCall(SlipFaultGetFrictionOf(fault, t, w, friction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  SlipFrictionCells friction;
   Vec u;
 
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipFaultZoneAccept(fault, t, w, first)); /* by the medium's history of the step before */
+  if (first) SlipFaultZoneForget(fault);
+  PetscCall(ZoneFriction(fault, t, w, &friction)); /* by the medium's history of the step before */
+  PetscCall(SlipFaultZoneAccept(fault, t, w, &friction));
   PetscCall(SlipElasticAccept(fault->medium, t, u, first));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -155,13 +164,15 @@ static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, v
 static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  SlipFrictionCells friction;
   Vec u;
 
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipFaultZoneAdvance(fault, t, w));
+  PetscCall(ZoneFriction(fault, t, w, &friction));
+  PetscCall(SlipFaultZoneAdvance(fault, t, w, &friction));
   PetscCall(SlipElasticAdvance(fault->medium, t, u));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -486,14 +486,14 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   if (!out->numbers) PetscCall(VecDuplicate(fault->cells, &out->numbers));
   if (!out->of[f]) PetscCall(VecDuplicate(out->c0, &out->of[f]));
   PetscCall(VecGetArrayWrite(out->numbers, &x));
-  if (f == OUTPUT_NORMAL_STRESS) {
-    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
-    PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
-  } else if (f == OUTPUT_PORE_PRESSURE)
+  if (f != OUTPUT_PORE_PRESSURE) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  if (f == OUTPUT_PORE_PRESSURE)
     PetscCall(SlipLoadsPressure(&fault->loads, time, x));
+  else if (f == OUTPUT_NORMAL_STRESS)
+    PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
   else
-    PetscCall(
-      SlipFaultZoneValues(fault, time, w, f == OUTPUT_TEMPERATURE ? x : NULL, f == OUTPUT_TEMPERATURE ? NULL : x));
+    PetscCall(SlipFaultZoneValues(fault, time, w, &friction, f == OUTPUT_TEMPERATURE ? x : NULL,
+                                  f == OUTPUT_TEMPERATURE ? NULL : x));
   PetscCall(VecRestoreArrayWrite(out->numbers, &x));
   PetscCall(VecScatterBegin(out->gather_c, out->numbers, out->of[f], INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(out->gather_c, out->numbers, out->of[f], INSERT_VALUES, SCATTER_FORWARD));
