@@ -101,10 +101,10 @@ class Pressurisation(FaultTest):
                 for a, b in list(zip(errors, errors[1:]))[integrator == "adams":]:
                     self.assertTrue(3 < a / b < 5, errors)
 
-    def block(self, *options, end="3e9", name="o.h5"):
+    def block(self, *options, end="3e9", name="o.h5", fields="slip,slip_rate"):
         """Events of one block under rate-and-state friction at half its critical stiffness: their times, slip"""
         self.hdf5("k.h5", stiffness=[[0.25e7 * 5]])
-        self.fault(*ONE, "slip,slip_rate", "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
+        self.fault(*ONE, fields, "-fault_stiffness_file", "k.h5", "-fault_friction_law", "rate_and_state",
                    "-fault_normal_stress", 5e7, "-fault_friction_slip", 0.01, "-fault_loading_rate", 1e-9,
                    "-fault_output_size", 0, "-ts_max_time", end, *options)
         with h5py.File(self.path(name)) as file:
@@ -126,6 +126,19 @@ class Pressurisation(FaultTest):
         np.testing.assert_allclose(implicit[0], fine[0][:1], rtol=1e-3)
         self.assertGreater(fine[2], 3 * dry[2])
         self.assertLess(self.block(*DILATES)[2], 1e-4)
+
+    def test_dilatancy(self):
+        """Pressure of slow slip against dp/dt = -p/t_p + (epsilon/beta) d ln(theta)/dt with the run's own theta, by
+        exact exponentials between its steps. A thousandth: ln(theta) is taken as linear there, and changes by a quarter."""
+        self.block(*DILATES, "-ts_rtol", 1e-6, fields="slip,slip_rate,state,shear_zone_pressure")
+        time, theta, pressure = (x.ravel() for x in self.get("o.h5", *("fields/" + name for name in (
+            "time", "state", "shear_zone_pressure"))))
+        epsilon, beta, run = DILATES[1::2]
+        p = np.zeros(len(time))
+        for k, (h, change) in enumerate(zip(np.diff(time), np.diff(np.log(theta)))):
+            p[k + 1] = p[k] * np.exp(-h / run) - epsilon / beta * change * np.expm1(-h / run) / (h / run)
+        self.assertLess(pressure.min(), -0.3 * epsilon / beta)
+        self.assertLess(np.abs(pressure - p).max(), 1e-3 * np.abs(p).max())
 
     def test_checkpoint_and_ranks(self):
         """The same to the bit after a restart, and to rounding on two ranks: 1e-9, of rates that grow by decades."""
