@@ -182,8 +182,7 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_thermal_pressurisation needs the zone that slip heats: expected -fault_shear_zone_width > 0"},
   {F(DILATANCY), NEEDS, F(ALWAYS_SLIDES), 0,
    "-fault_dilatancy needs the state of rate-and-state friction, not -fault_friction_law %"},
-  {F(SHEAR_ZONE), EXCLUDES, F(OPENING), 0,
-   "-fault_shear_zone_width is of closed cells: expected -fault_opening no"},
+  {F(SHEAR_ZONE), EXCLUDES, F(OPENING), 0, "-fault_shear_zone_width is of closed cells: expected -fault_opening no"},
   {F(SHEAR_ZONE) | F(DILATANCY), EXCLUDES, F(ALPHA), 0,
    "-fault_shear_zone_width and -fault_dilatancy do not know states that follow normal stress: expected "
    "-fault_friction_alpha 0"},
