@@ -129,7 +129,7 @@ class Pressurisation(FaultTest):
 
     def test_dilatancy(self):
         """Pressure of slow slip against dp/dt = -p/t_p + (epsilon/beta) d ln(theta)/dt with the run's own theta, by
-        exact exponentials between its steps. A thousandth: ln(theta) is linear there, and changes by up to a quarter."""
+        exact exponentials between its steps. A thousandth: ln(theta) is linear there, and changes by a quarter."""
         self.block(*DILATES, "-ts_rtol", 1e-6, fields="slip,slip_rate,state,shear_zone_pressure")
         time, theta, pressure = (x.ravel() for x in self.get("o.h5", *("fields/" + name for name in (
             "time", "state", "shear_zone_pressure"))))
