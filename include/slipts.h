@@ -187,6 +187,10 @@ typedef struct {
   PetscErrorCode (*advance)(TS ts, PetscReal t, Vec w, void *ctx);
   /* An attempt is given up, or a step that an event interpolates again; the history is that of the step's start. */
   PetscErrorCode (*rollback)(TS ts, void *ctx);
+  /* TSBATHE, TSADAMS, TSRKC and TSLAPUSTA call it after an attempt that ends in w at t: the norm of the error, of the
+     order of the step's cube, that the history adds to the problem there; a step is accurate enough if it is at most 1
+     */
+  PetscErrorCode (*error)(TS ts, PetscReal t, Vec w, PetscReal *E, void *ctx);
   /* For problems that allow times to count from a moving origin (TSGetSlipOrigin()). Between two steps the origin
      becomes this one [s], and the problem subtracts `by` from all times that it stores. */
   PetscErrorCode (*origin)(TS ts, PetscReal origin, PetscReal by, void *ctx);

@@ -372,15 +372,19 @@ void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal thet
   }
 }
 
+/* Computes the rates of the states of cell i. */
+void SlipFrictionStateRateOf(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v, PetscReal ds[])
+{
+  const SlipFriction p = At(f, i);
+
+  StateRate(f->law, &p, s, PetscAbsReal(v), ds);
+}
+
 /* ds/dt at the state (v, s); s and ds have the stride `stride`, v has the stride `rates` */
 void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[], PetscInt rates,
                            const PetscReal v[], PetscReal ds[])
 {
-  for (PetscInt i = 0; i < n; i++) {
-    const SlipFriction p = At(f, i);
-
-    StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[rates * i]), ds + stride * i);
-  }
+  for (PetscInt i = 0; i < n; i++) SlipFrictionStateRateOf(f, i, s + stride * i, v[rates * i], ds + stride * i);
 }
 
 /* Computes the states at the end of a stage with the rates v from s0 [n][states]; s has a stride. */

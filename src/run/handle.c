@@ -96,6 +96,7 @@ static PetscErrorCode SetUp(SlipFault fault)
   PetscCall(SlipFaultStiffnessSetUp(fault));
   SlipFaultCellsChoose(fault);
   PetscCall(SlipFaultCriticalSetUp(fault));
+  PetscCall(SlipFaultZoneSetUp(fault));
   PetscCall(SlipFaultCouplingSetUp(fault));
   PetscCall(SlipFaultFollowSetUp(fault));
   PetscCall(SlipFaultBalanceSetUp(fault));
@@ -193,6 +194,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(SlipFaultDeviceDestroy(f));
   PetscCall(SlipFaultSettledDestroy(f));
   PetscCall(SlipFaultCouplingDestroy(f));
+  PetscCall(SlipFaultZoneDestroy(f));
   PetscCall(SlipFaultMeshDestroy(&f->mesh));
   PetscCall(SlipElasticDestroy(&f->medium));
   PetscCall(PetscFree(f->run));

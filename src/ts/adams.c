@@ -276,6 +276,7 @@ static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order
   ad->estimated = PETSC_TRUE;
   *wlte = ad->norm;
   if (order) *order = ad->next + 1;
+  PetscCall(SlipHistoryError(ts, ts->vec_sol, wlte, order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -41,11 +41,11 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
       PetscCall((*ba->was->norm)(ts, norm));
     else
       PetscCall((*problem->steps.error)(ts, ba->estimate.E, ba->X0, ba->Y[1], norm, ctx));
-    *norm = SlipBatheRoundError(*norm);
-    PetscFunctionReturn(PETSC_SUCCESS);
+  } else {
+    PetscCall(VecWAXPY(ba->K1, -1.0, ba->estimate.E, ba->Y[1]));
+    PetscCall(SlipVecWeightedNorm(ts, ba->Y[1], ba->K1, ts->adapt->ignore_max, type, norm));
   }
-  PetscCall(VecWAXPY(ba->K1, -1.0, ba->estimate.E, ba->Y[1]));
-  PetscCall(SlipVecWeightedNorm(ts, ba->Y[1], ba->K1, ts->adapt->ignore_max, type, norm));
+  PetscCall(SlipHistoryError(ts, ba->Y[1], norm, NULL));
   *norm = SlipBatheRoundError(*norm);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

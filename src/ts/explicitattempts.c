@@ -34,6 +34,7 @@ PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, P
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, e, type, wlte, &absolute, &relative));
   }
   *wlte = PetscMax(*wlte, 1e-10); /* a very short step can have no error, but controllers divide by the norm */
+  PetscCall(SlipHistoryError(ts, ts->vec_sol, wlte, NULL));
   if (order) *order = 3;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -87,10 +87,15 @@ static const struct {
   [FEATURE_TIDAL] = {"-fault_tide_shear 1e4"},
   [FEATURE_TIDE_PHASE] = {"-fault_tide_phase 30"},
   [FEATURE_NUCLEATION] = {"-fault_nucleation 1400,#3400,2000,1e5,3"},
+  [FEATURE_SHEAR_ZONE] = {"-fault_shear_zone_width 0.01"},
+  [FEATURE_PRESSURISATION] = {"-fault_thermal_pressurisation 1e5"},
+  [FEATURE_DILATANCY] = {"-fault_dilatancy 1e-6"},
   [FEATURE_PRESSURE] = {"-fault_pore_pressure record@.h5"},
   [FEATURE_OUTPUT] = {"-fault_output run.h5"},
   [FEATURE_OUTPUT_PRESSURE] = {"-fault_output_fields slip,pore_pressure", "", SLIP_FEATURE(OUTPUT)},
   [FEATURE_OUTPUT_OPENING] = {"-fault_output_fields slip,opening", "", SLIP_FEATURE(OUTPUT)},
+  [FEATURE_OUTPUT_TEMPERATURE] = {"-fault_output_fields slip,temperature", "", SLIP_FEATURE(OUTPUT)},
+  [FEATURE_OUTPUT_ZONE] = {"-fault_output_fields slip,shear_zone_pressure", "", SLIP_FEATURE(OUTPUT)},
   [FEATURE_STATIONS] = {"-fault_stations 1400,3400"},
   [FEATURE_SURFACE_STATIONS] = {"-fault_surface_stations 100,100"},
   [FEATURE_CATALOGUE] = {"-fault_catalogue events.h5"},
@@ -207,6 +212,8 @@ static void Options(SlipFaultFeatureSet set, PetscInt a, PetscInt b, char text[]
 {
   const PetscBool planes = set & SLIP_FEATURE(PLANES) ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool list = set & (SLIP_FEATURE(RECTANGLES) | SLIP_FEATURE(TRIANGLES)) ? PETSC_TRUE : PETSC_FALSE;
+  const SlipFaultFeatureSet fields = SLIP_FEATURE(OUTPUT_PRESSURE) | SLIP_FEATURE(OUTPUT_OPENING) |
+                                     SLIP_FEATURE(OUTPUT_TEMPERATURE) | SLIP_FEATURE(OUTPUT_ZONE);
 
   text[0] = '\0';
   Add(text, len, base, list, planes);
@@ -217,8 +224,10 @@ static void Options(SlipFaultFeatureSet set, PetscInt a, PetscInt b, char text[]
       Add(text, len, How[f].own, list, planes);
   Add(text, len, How[b].own, list, planes);
   Add(text, len, How[a].own, list, planes);
-  if ((One(a) | One(b)) == (SLIP_FEATURE(OUTPUT_OPENING) | SLIP_FEATURE(OUTPUT_PRESSURE)))
-    Add(text, len, "-fault_output_fields slip,opening,pore_pressure", list, planes);
+  if (One(a) & fields && One(b) & fields) { /* one option for both */
+    text[strlen(text) - 1] = ',';
+    Add(text, len, strrchr(How[b].own, ',') + 1, list, planes);
+  }
 }
 
 /* ---- a run ---- */

@@ -17,6 +17,7 @@
 #include <slipstep/private/slipfaultoperators.h>
 #include <slipstep/private/slipfaultparameters.h>
 #include <slipstep/private/slipfaultproblem.h>
+#include <slipstep/private/slipfaultzone.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -140,6 +141,7 @@ struct _p_SlipFault {
   SlipFaultSteps steps;
   SlipFaultKnown known;
   SlipFaultCoupling coupling;
+  SlipFaultZone zone;
   struct _n_SlipFaultRun *run;                           /* of src/record */
   PetscErrorCode (*told)(SlipFault fault, const char[]); /* called before long parts of the set-up */
   Vec work[FAULT_WORK];                                  /* of slip, SlipFaultGetWork() */
@@ -231,6 +233,12 @@ static inline PetscReal SlipFaultLargest(SlipFault fault, const PetscReal x[], P
   const PetscInt c = fault->layout.components;
 
   return c == 1 ? x[i] : PetscMax(x[c * i], x[c * i + 1]);
+}
+
+/* Does the normal stress depend on the state? */
+static inline PetscBool SlipFaultNormalFollows(SlipFault fault)
+{
+  return fault->kind.coupled || fault->zone.on ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* The unit vector of the rake of cell i */

@@ -81,11 +81,17 @@
         Given(f, FAULT_TIDE_SHEAR) || Given(f, FAULT_TIDE_NORMAL))                                                     \
   EARLY(TIDE_PHASE, OWN, "-fault_tide_phase", Given(f, FAULT_TIDE_PHASE))                                              \
   EARLY(NUCLEATION, OWN, "-fault_nucleation", Given(f, FAULT_NUCLEATION))                                              \
+  EARLY(SHEAR_ZONE, OWN, "-fault_shear_zone_width", f->options.value[FAULT_SHEAR_ZONE_WIDTH] > 0)                      \
+  EARLY(PRESSURISATION, OWN, "-fault_thermal_pressurisation", AnyCell(f, FIELD_THERMAL_PRESSURISATION))                \
+  EARLY(DILATANCY, OWN, "-fault_dilatancy", AnyCell(f, FIELD_DILATANCY))                                               \
   LATE(PRESSURE, OWN, "a pore pressure", f->loads.pore)                                                                \
   LATE(OUTPUT, OWN, "-fault_output", Given(f, FAULT_OUTPUT))                                                           \
   LATE(OUTPUT_PRESSURE, OWN, "-fault_output_fields pore_pressure",                                                     \
        Given(f, FAULT_OUTPUT) && Lists(f, "pore_pressure"))                                                            \
   LATE(OUTPUT_OPENING, OWN, "-fault_output_fields opening", Given(f, FAULT_OUTPUT) && Lists(f, "opening"))             \
+  LATE(OUTPUT_TEMPERATURE, OWN, "-fault_output_fields temperature", Given(f, FAULT_OUTPUT) && Lists(f, "temperature")) \
+  LATE(OUTPUT_ZONE, OWN, "-fault_output_fields shear_zone_pressure",                                                   \
+       Given(f, FAULT_OUTPUT) && Lists(f, "shear_zone_pressure"))                                                      \
   LATE(STATIONS, OWN, "-fault_stations", Given(f, FAULT_STATIONS))                                                     \
   LATE(SURFACE_STATIONS, OWN, "-fault_surface_stations", Given(f, FAULT_SURFACE_STATIONS))                             \
   LATE(CATALOGUE, OWN, "-fault_catalogue", Given(f, FAULT_CATALOGUE))                                                  \

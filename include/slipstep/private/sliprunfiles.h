@@ -13,6 +13,8 @@ typedef enum {
   OUTPUT_STATE,
   OUTPUT_PORE_PRESSURE,
   OUTPUT_NORMAL_STRESS,
+  OUTPUT_TEMPERATURE,
+  OUTPUT_ZONE_PRESSURE,
   OUTPUT_OPENING,
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
@@ -33,14 +35,15 @@ typedef struct {
   PetscMPIInt rank;
   TS ts; /* borrowed */
   PetscBool wanted[OUTPUT_MAX_FIELDS];
-  PetscBool rests;          /* /fields has time_rest */
-  PetscBool resumed;        /* continues the file of an earlier run */
-  PetscInt last_field_step; /* step of the newest entry of /fields */
-  Vec w0, r0, p0, n0;       /* state, reaction, pore pressure and normal stress gathered on rank 0 */
-  Vec c0;                   /* any vector of cells, likewise */
-  Vec numbers;              /* not gathered yet */
-  Vec shown;                /* state as in /fields, unless that is w */
-  Vec start0, vinf0;        /* rank 0, for a fault that heals: displacement of the start [m], loading rate [m/s] */
+  PetscBool rests;           /* /fields has time_rest */
+  PetscBool resumed;         /* continues the file of an earlier run */
+  PetscInt last_field_step;  /* step of the newest entry of /fields */
+  Vec w0, r0;                /* state and reaction gathered on rank 0 */
+  Vec of[OUTPUT_NUM_FIELDS]; /* fields that are no part of these, likewise; NULL: not written */
+  Vec c0;                    /* any vector of cells, likewise */
+  Vec numbers;               /* not gathered yet */
+  Vec shown;                 /* state as in /fields, unless that is w */
+  Vec start0, vinf0;         /* rank 0, for a fault that heals: displacement of the start [m], loading rate [m/s] */
   VecScatter gather_w, gather_r, gather_c;
   SlipFaultWhen when;
 } * SlipFaultOutput;

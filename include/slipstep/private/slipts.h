@@ -155,3 +155,4 @@ PETSC_INTERN PetscErrorCode SlipStateAttempt(SlipState, SlipAttempt *);
     if (problem_ && problem_->function) PetscCall((*problem_->function)(ts, __VA_ARGS__, problem_ctx_));               \
   } while (0)
 PETSC_INTERN PetscErrorCode SlipProblemRollBack(TS ts);
+PETSC_INTERN PetscErrorCode SlipHistoryError(TS ts, Vec w, PetscReal *E, PetscInt *order);

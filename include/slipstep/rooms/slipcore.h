@@ -17,6 +17,8 @@ PETSC_EXTERN void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, Pets
                                     PetscReal ds_dv[]);
 PETSC_EXTERN void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                                         PetscInt rates, const PetscReal v[], PetscReal ds[]);
+PETSC_EXTERN void SlipFrictionStateRateOf(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v,
+                                          PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
                                            const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
 PETSC_EXTERN void SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, const PetscReal s0[], PetscReal t,
@@ -410,6 +412,24 @@ PETSC_EXTERN PetscReal SlipControlRest(PetscReal h, PetscReal limit, PetscReal r
 PETSC_EXTERN PetscReal SlipControlMatch(PetscReal h, PetscReal left);
 PETSC_EXTERN PetscBool SlipControlAtEnd(PetscReal t, PetscReal end);
 PETSC_EXTERN PetscReal SlipControlEnd(PetscReal h, PetscReal t, PetscReal end);
+
+/* ---- shearzone.c: heat and pore pressure in the middle of a shear zone, as sums of exponentials ---- */
+typedef struct {
+  PetscReal width, diffusivity[2], capacity; /* w [m], of heat and of fluid [m^2/s], rho c [J/(m^3 K)] */
+  PetscReal share[2];                        /* of both diffusivities in pressure */
+  PetscReal age;                             /* oldest heat whose diffusion is right [s] */
+  PetscReal error[2];                        /* largest relative errors up to there, of temperature and of pressure */
+  PetscInt n;                                /* numbers that a cell remembers */
+  PetscReal *rate;                           /* [n] [1/s] */
+  PetscReal *temperature, *pressure; /* [n] their shares in temperature, and in pressure over Lambda [K m^2/J] */
+} SlipShearZone;
+typedef struct {
+  PetscReal left, start, heat, curve; /* dimensionless, [s], dimensionless, [s] */
+} SlipShearZoneWeights;
+PETSC_EXTERN PetscErrorCode SlipShearZoneCreate(PetscReal tolerance, PetscReal age, SlipShearZone *zone);
+PETSC_EXTERN PetscErrorCode SlipShearZoneDestroy(SlipShearZone *zone);
+PETSC_EXTERN void SlipShearZoneKernel(const SlipShearZone *zone, PetscReal t, PetscReal kernel[2]);
+PETSC_EXTERN void SlipShearZoneStep(PetscReal rate, PetscReal h, SlipShearZoneWeights *weights);
 
 /* ---- hash.c: FNV-1a hashes of policies and of the content of caches ---- */
 #define SLIP_HASH_START UINT64_C(14695981039346656037)

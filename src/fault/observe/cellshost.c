@@ -79,7 +79,8 @@ static PetscErrorCode HostStep(SlipFault fault, PetscReal t, Vec w, Vec e, Vec k
     PetscReal mu, slope[2], q;
 
     SlipFrictionEvaluate(&friction, i, &s, speed, &mu, &slope[0], &slope[1]);
-    q = mu * (weight * (fault->kind.coupled ? friction.stress[i] : fault->fields.cell[FIELD_NORMAL_STRESS][i]));
+    q = SlipFaultNormalFollows(fault) ? friction.stress[i] : fault->fields.cell[FIELD_NORMAL_STRESS][i];
+    q = mu * (weight * q);
     sum[STEP_WORK] += fault->operators.mass * weight * SlipFaultDot(fault, v, dv) + SlipFaultDot(fault, fi, du) +
                       SlipFaultAcross(fault, fi) * SlipFaultAcross(fault, du) + q * b[SlipFaultStateAt(fault, i)];
     sum[STEP_RESTRAINT] += (SlipFaultDot(fault, SlipFaultAlong(fault, i), fi) + q) * s;

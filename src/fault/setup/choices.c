@@ -115,7 +115,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
      "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state (each of several by the "
-     "name that the law gives it), pore_pressure, normal_stress (effective); opening comes with -fault_opening",
+     "name that the law gives it), pore_pressure, normal_stress (effective), temperature (its rise) and "
+     "shear_zone_pressure of "
+     "-fault_shear_zone_width; opening comes with -fault_opening",
      OUTPUT},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields",
                               OUTPUT},

@@ -178,6 +178,24 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(RKC) | F(LAPUSTA) | F(OTHER_TS), 0,
    "-fault_check_error computes each step in parts, which -ts_type % does not: expected -ts_type bathe, or a second "
    "run with another -ts_rtol"},
+  {F(PRESSURISATION), NEEDS, F(SHEAR_ZONE), 0,
+   "-fault_thermal_pressurisation needs the zone that slip heats: expected -fault_shear_zone_width > 0"},
+  {F(DILATANCY), NEEDS, F(ALWAYS_SLIDES), 0,
+   "-fault_dilatancy needs the state of rate-and-state friction, not -fault_friction_law %"},
+  {F(SHEAR_ZONE), EXCLUDES, F(OPENING), 0, "-fault_shear_zone_width is of closed cells: expected -fault_opening no"},
+  {F(SHEAR_ZONE) | F(DILATANCY), EXCLUDES, F(ALPHA), 0,
+   "-fault_shear_zone_width and -fault_dilatancy do not know states that follow normal stress: expected "
+   "-fault_friction_alpha 0"},
+  {F(SHEAR_ZONE) | F(DILATANCY), EXCLUDES, F(RK) | F(OTHER_TS), 0,
+   "-ts_type % does not see the error of pressure across the fault: expected adams, bathe, lapusta or rkc with "
+   "-fault_shear_zone_width or -fault_dilatancy"},
+  {F(DILATANCY), EXCLUDES, F(BATHE) | F(MOREAU), 0,
+   "-ts_type % knows no -fault_dilatancy: expected adams, or lapusta with waves"},
+  {F(OUTPUT_TEMPERATURE), NEEDS, F(SHEAR_ZONE), 0,
+   "-fault_output_fields has temperature, but the fault has none: expected -fault_shear_zone_width > 0"},
+  {F(OUTPUT_ZONE), NEEDS, F(PRESSURISATION) | F(DILATANCY), 0,
+   "-fault_output_fields has shear_zone_pressure, but the fault has none: expected -fault_thermal_pressurisation or "
+   "-fault_dilatancy"},
   {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE), 0,
    "-fault_output_fields has pore_pressure, but the fault has none: expected -fault_pore_pressure or "
    "-fault_injection"},
@@ -191,6 +209,8 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(DEVICE), EXCLUDES, F(WAVES), 0, "-fault_device % knows no waves: expected -fault_medium static, not %"},
   {F(DEVICE), EXCLUDES, F(HISTORY) | F(TIDE) | F(NUCLEATION), 0,
    "-fault_device % knows no -fault_stress_history, -fault_tide_period and -fault_nucleation: expected none"},
+  {F(DEVICE), EXCLUDES, F(SHEAR_ZONE) | F(DILATANCY), 0,
+   "-fault_device % knows no -fault_shear_zone_width and -fault_dilatancy: expected neither"},
   {F(DEVICE), EXCLUDES, F(LAPUSTA) | F(OTHER_TS), 0,
    "-fault_device % knows no such steps: expected -ts_type bathe, moreau, rkc, adams or rk, not %"},
   {.sentence = NULL},

@@ -76,7 +76,8 @@ static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
 static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
 {
   char names[FAULT_MAX_NAMES] =
-    "time slip_rate slip displacement traction pore_pressure normal_stress opening stress x y z";
+    "time slip_rate slip displacement traction pore_pressure normal_stress temperature shear_zone_pressure opening "
+    "stress x y z";
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < law->nstates; k++) {

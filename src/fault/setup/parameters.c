@@ -105,6 +105,29 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                                    "Hydraulic diffusivity D of -fault_injection", PROBLEM},
   [FAULT_INJECTION_STOP] = {"injection_stop", 0, "s", 0, NONE, SHUT, REAL, "When the injection stops; 0: never",
                             PROBLEM},
+  [FAULT_SHEAR_ZONE_WIDTH] = {"shear_zone_width", 0, "m", 0, MESH_MAX_REACH, SHUT, REAL,
+                              "Standard deviation w of the Gaussian profile in which friction heats the rock across "
+                              "the fault; 0: temperature is not computed",
+                              PROBLEM},
+  [FAULT_SHEAR_ZONE_TOLERANCE] = {"shear_zone_tolerance", (PetscReal)1e-4, "", 1e-8, (PetscReal)0.1, SHUT, REAL,
+                                  "Relative error of the temperature that heat leaves, as a sum over wavenumbers",
+                                  PROBLEM},
+  [FAULT_HEAT_CAPACITY] = {"heat_capacity", 2.7e6, "J/(m^3 K)", 0, NONE, OPEN, REAL,
+                           "Heat capacity rho c of the shear zone", PROBLEM},
+  [FAULT_THERMAL_DIFFUSIVITY] = {"thermal_diffusivity", 1e-6, "m^2/s", 0, NONE, SHUT, REAL,
+                                 "Diffusivity of heat across the shear zone", PROBLEM},
+  [FAULT_HYDRAULIC_DIFFUSIVITY] = {"hydraulic_diffusivity", 1e-5, "m^2/s", 0, NONE, SHUT, REAL,
+                                   "Diffusivity of pore fluid across the shear zone", PROBLEM},
+  [FAULT_THERMAL_PRESSURISATION] = {"thermal_pressurisation", 0, "Pa/K", 0, NONE, SHUT, REAL,
+                                    "Pore pressure that a degree makes in undrained rock, Lambda; 0: none", PROBLEM},
+  [FAULT_DILATANCY] = {"dilatancy", 0, "", 0, NONE, SHUT, REAL,
+                       "Dilatancy epsilon of rate-and-state friction: pores grow by epsilon as the state theta falls "
+                       "by a factor e (Segall and Rice 1995)",
+                       PROBLEM},
+  [FAULT_DILATANCY_STORAGE] = {"dilatancy_storage", (PetscReal)1e-11, "1/Pa", 0, NONE, OPEN, REAL,
+                               "Compressibility beta of pores and fluid: pore pressure falls by epsilon/beta", PROBLEM},
+  [FAULT_DILATANCY_TIME] = {"dilatancy_time", 1e5, "s", 0, NONE, OPEN, REAL,
+                            "Time t_p in which that pressure flows back", PROBLEM},
   [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
                                   "Relative excess of the critical start over the strength", PROBLEM},
   [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
@@ -181,6 +204,8 @@ static const struct {
   [FIELD_INITIAL_STATE] = {FAULT_INITIAL_STATE, PETSC_TRUE},
   [FIELD_CREEP] = {FAULT_CREEP, PETSC_TRUE},
   [FIELD_RAKE] = {FAULT_RAKE, PETSC_FALSE},
+  [FIELD_THERMAL_PRESSURISATION] = {FAULT_THERMAL_PRESSURISATION, PETSC_FALSE},
+  [FIELD_DILATANCY] = {FAULT_DILATANCY, PETSC_TRUE},
 };
 
 /* ---- rows of the tables, followed by those of registered laws, which are all fields ---- */

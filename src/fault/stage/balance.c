@@ -282,7 +282,7 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   if (!traction) PetscCall(FillTraction(fault, &friction));
   PetscCall(SlipLoadDestroy(&fault->known.load)); /* the initial traction has changed */
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed && !fault->kind.coupled) {
+  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed && !SlipFaultNormalFollows(fault)) {
     PetscCall(PetscMalloc1(friction.law->nkept * fault->mesh.n + 1, &b->kept));
     friction.law->keep(&friction, fault->mesh.n, b->eta, b->kept);
     PetscCall(PetscMalloc1(fault->mesh.n + 1, &b->direct));
@@ -370,9 +370,9 @@ PetscErrorCode SlipFaultHostRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  if (fault->kind.coupled) {
+  if (SlipFaultNormalFollows(fault)) {
     PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
-    fault->coupling.balanced = PETSC_TRUE;
+    fault->coupling.balanced = fault->kind.coupled;
   } else {
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
   }
@@ -387,6 +387,7 @@ PetscErrorCode SlipFaultHostRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(VecGetArrayWrite(stress, &tau));
   if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
   StressToBalance(fault, shear, force, vinf, tau);
+  if (fault->zone.on) PetscCall(SlipFaultZoneOfBalance(fault, t, a, tau, fault->coupling.stress));
   if (c == 2)
     BalanceVectors(fault, &friction, tau, a, v, f);
   else

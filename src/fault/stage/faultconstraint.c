@@ -183,13 +183,14 @@ PetscErrorCode SlipFaultHostBound(SlipFault fault, Vec x, Vec q, Vec dq)
   PetscFunctionBegin;
   if (SlipFaultOpens(fault))
     friction = FrictionOverPressure(fault);
-  else if (fault->kind.coupled)
+  else if (SlipFaultNormalFollows(fault))
     PetscCall(SlipFaultCoupledBound(fault, x, &friction));
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   speed = Speeds(fault, v);
   SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, states, s0, 1, speed, a, b);
+  if (fault->zone.on) PetscCall(SlipFaultZoneOfStage(fault, fault->stage.u0, v, fault->coupling.stress, a, b));
   if (fault->kind.coupled && !SlipFaultOpens(fault)) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
@@ -232,7 +233,7 @@ static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction
   PetscFunctionBegin;
   if (SlipFaultOpens(fault))
     *friction = FrictionOverPressure(fault);
-  else if (fault->kind.coupled)
+  else if (SlipFaultNormalFollows(fault))
     *friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, friction));

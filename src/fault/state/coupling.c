@@ -1,4 +1,5 @@
-/* Computes normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), and 0 for open cells. u is
+/* Computes normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), and 0 for open cells;
+   without Kn only the pressure in shear zones changes it (pressurisation.c). u is
    the displacement relative to the far field, which loading by backslip leaves as it is. u0 is that of the start, which
    is not 0 where elastic stress is critical there: sigma0 is the normal stress before any slip. */
 #include <slipstep/private/slipfault.h>
@@ -50,13 +51,13 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   SlipFaultCoupling *c = &fault->coupling;
 
   PetscFunctionBegin;
+  if (SlipFaultNormalFollows(fault)) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
   if (!fault->kind.coupled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->u));
   PetscCall(SlipFaultCellVector(fault, &c->rise));
   PetscCall(SlipFaultCellVector(fault, &c->drive));
   PetscCall(VecDuplicate(fault->cells, &c->factor));
   PetscCall(SlipElasticApply(fault->medium, fault->operators.vinf, NULL, c->drive));
-  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
   if (SlipFaultOpens(fault))
     PetscCall(PetscMalloc2(PetscMax(fault->mesh.n, 1), &c->one, PetscMax(fault->mesh.n, 1), &c->pull));
   for (PetscInt i = 0; i < fault->mesh.n && c->one; i++) c->one[i] = 1;
@@ -89,15 +90,17 @@ PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *
   SlipFaultCoupling *c = &fault->coupling;
 
   PetscFunctionBegin;
-  PetscCall(VecWAXPY(c->u, fault->stage.theta, x, fault->stage.u0));
-  PetscCall(SlipElasticForce(fault->medium, fault->stage.time, c->u, NULL, NULL, c->rise));
+  if (fault->kind.coupled) {
+    PetscCall(VecWAXPY(c->u, fault->stage.theta, x, fault->stage.u0));
+    PetscCall(SlipElasticForce(fault->medium, fault->stage.time, c->u, NULL, NULL, c->rise));
+  }
   c->balanced = PETSC_FALSE;
   PetscCall(SlipFaultCoupledFriction(fault, fault->stage.time, 0, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes c->stress from Kn u in c->rise at t, after a further rest of the length rest. It replaces that of the cached
-   state. Collective. */
+   state. Where there are shear zones it is the stress without their pressure, and may be negative. Collective. */
 PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal rest, SlipFrictionCells *friction)
 {
   SlipFaultCoupling *c = &fault->coupling;
@@ -109,11 +112,17 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
+  if (!fault->kind.coupled) {
+    PetscCall(PetscArraycpy(c->stress, load->bare, fault->mesh.n));
+    c->moment = (SlipFaultMoment){0};
+    *friction = SlipFaultCellFriction(fault, c->stress);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(n, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal pressed = load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i];
 
-    c->stress[i] = PetscMax(pressed, 0);
+    c->stress[i] = fault->zone.on ? pressed : PetscMax(pressed, 0);
     if (!c->pull) continue;
     c->pull[i] = -pressed;
     if (u[3 * i + 2] > 0) c->stress[i] = 0;
@@ -136,7 +145,7 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
   PetscBool same;
 
   PetscFunctionBegin;
-  if (!fault->kind.coupled) {
+  if (!SlipFaultNormalFollows(fault)) {
     PetscCall(SlipFaultGetFriction(fault, t, friction));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -145,10 +154,13 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
     *friction = SlipFaultCellFriction(fault, c->stress);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipFaultGetDisplacement(fault, w, c->u));
-  if (c->balanced) PetscCall(SlipFaultDisplacementUnchanged(fault, t, c->u, &c->balanced));
-  if (!c->balanced) PetscCall(SlipElasticForce(fault->medium, t, c->u, NULL, NULL, c->rise));
+  if (fault->kind.coupled) {
+    PetscCall(SlipFaultGetDisplacement(fault, w, c->u));
+    if (c->balanced) PetscCall(SlipFaultDisplacementUnchanged(fault, t, c->u, &c->balanced));
+    if (!c->balanced) PetscCall(SlipElasticForce(fault->medium, t, c->u, NULL, NULL, c->rise));
+  }
   PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
+  if (fault->zone.on) PetscCall(SlipFaultZoneOfState(fault, t, w, c->stress));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -431,7 +431,8 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
   *rest = 0;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(Moves(fault, w, &moves));
-  if (moves || !rests || fault->kind.heals || SlipLoadsChange(&fault->loads) || fault->friction.law->nstates)
+  if (moves || !rests || fault->zone.on || fault->kind.heals || SlipLoadsChange(&fault->loads) ||
+      fault->friction.law->nstates)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));
@@ -458,7 +459,7 @@ PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec hal
   (void)ts;
   *end = t;
   PetscCall(SlipElasticRests(fault->medium, &rests));
-  if (!rests) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!rests || fault->zone.on) PetscFunctionReturn(PETSC_SUCCESS); /* pressure changes */
   PetscCall(Moves(fault, w, &moves));
   if (moves) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));

@@ -80,6 +80,7 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
   if (fault->kind.driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
   if (!fault->kind.driven && !fault->critical.known)
     *why = "the fault does not start from its instability, whose scales the policy needs (-fault_initial)";
+  if (fault->zone.on) *why = "pressure across the fault (-fault_shear_zone_width) changes its strength";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,6 +117,7 @@ static PetscErrorCode Origin_Fault(TS ts, PetscReal origin, PetscReal by, void *
   fault->loads.origin = origin;
   fault->balance.time -= by;
   for (int node = 0; node < SLIP_NUM_NODES; node++) fault->settled.time[node] -= by;
+  SlipFaultZoneOrigin(fault, by);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,17 +133,29 @@ static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- a medium with memory ---- */
+/* ---- a medium or shear zones with memory ---- */
+
+/* Friction of a state from which shear zones go on */
+static PetscErrorCode ZoneFriction(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction)
+{
+  PetscFunctionBegin;
+  if (fault->zone.on) PetscCall(SlipFaultGetFrictionOf(fault, t, w, friction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  SlipFrictionCells friction;
   Vec u;
 
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  if (first) SlipFaultZoneForget(fault);
+  PetscCall(ZoneFriction(fault, t, w, &friction)); /* by the medium's history of the step before */
+  PetscCall(SlipFaultZoneAccept(fault, t, w, &friction));
   PetscCall(SlipElasticAccept(fault->medium, t, u, first));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -150,12 +164,15 @@ static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, v
 static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  SlipFrictionCells friction;
   Vec u;
 
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(ZoneFriction(fault, t, w, &friction));
+  PetscCall(SlipFaultZoneAdvance(fault, t, w, &friction));
   PetscCall(SlipElasticAdvance(fault->medium, t, u));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,7 +182,20 @@ static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
 {
   PetscFunctionBegin;
   (void)ts;
+  PetscCall(SlipFaultZoneRollBack((SlipFault)ctx));
   PetscCall(SlipElasticRollBack(((SlipFault)ctx)->medium));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HistoryError_Fault(TS ts, PetscReal t, Vec w, PetscReal *E, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  /* explicit steps: the rate of w is that of the start, and the last right-hand side was at its end */
+  PetscCall(SlipFaultZoneError(fault, rtol, t, w, fault->problem.steps.any_integrator ? fault->balance.rate : NULL, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -319,6 +349,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   PetscFunctionBegin;
   PetscCall(SlipElasticRemembers(fault->medium, &remembers));
+  if (fault->zone.on) remembers = PETSC_TRUE;
+  if (fault->zone.on) problem->history.error = HistoryError_Fault;
   if (remembers) {
     problem->history.accept = Accept_Fault;
     problem->history.advance = Advance_Fault;
@@ -337,7 +369,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->control.hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* a driven fault rests for years between events */
     problem->steps.corner = SlipFaultNextCorner;
-    problem->steps.rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
+    problem->steps.rest =
+      fault->friction.law->nstates || fault->zone.on ? NULL : SlipFaultRest; /* they evolve at rest */
     problem->steps.error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->steps.stop = Stop_Fault;
   }

@@ -27,6 +27,8 @@ static const struct {
   [OUTPUT_STATE] = {NULL, NULL, PETSC_FALSE}, /* the law names it */
   [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", PETSC_FALSE},
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
+  [OUTPUT_TEMPERATURE] = {"temperature", "K", PETSC_FALSE},
+  [OUTPUT_ZONE_PRESSURE] = {"shear_zone_pressure", "Pa", PETSC_FALSE},
   [OUTPUT_OPENING] = {"opening", "m", PETSC_FALSE},
 };
 
@@ -135,7 +137,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
     PetscCheck(
       same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
       "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, %s, pore_pressure, "
-      "normal_stress or opening",
+      "normal_stress, temperature, shear_zone_pressure or opening",
       SlipFaultPrefix(fault), names[i], states);
   }
   if (SlipFaultOpens(fault)) out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without it slip_rate and the others mislead */
@@ -221,17 +223,15 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   const SlipFaultMesh *mesh = &out->fault->mesh;
   const SlipFaultLayout *layout = &out->fault->layout;
   const PetscReal *w;
-  const PetscReal *p, *normal;
   PetscReal *r, *slip, *copy[OUTPUT_MAX_FIELDS] = {NULL};
   char path[OUTPUT_MAX_FIELDS][64];
   PetscReal rest, now = SlipTwoSum(out->fault->loads.origin, time, &rest);
   SlipH5Rows series[2 + OUTPUT_MAX_FIELDS] = {{"/fields/time", &now, 1}, {"/fields/time_rest", &rest, 1}};
   PetscInt n = out->rests ? 2 : 1;
-  const SlipArrays arrays[] = {
-    {out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}, {out->n0, .read = &normal}};
+  const SlipArrays arrays[] = {{out->w0, .read = &w}, {out->r0, .write = &r}};
 
   PetscFunctionBegin;
-  PetscCall(SlipArraysGet(4, arrays));
+  PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt e = 0; e < mesh->N && mesh->unit > 0; e++) {
     SlipFaultCell cell;
 
@@ -256,10 +256,10 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
       rows->stride = layout->block;
       break;
     case OUTPUT_PORE_PRESSURE:
-      rows->data = p;
-      break;
     case OUTPUT_NORMAL_STRESS:
-      rows->data = normal;
+    case OUTPUT_TEMPERATURE:
+    case OUTPUT_ZONE_PRESSURE:
+      PetscCall(VecGetArrayRead(out->of[f], &rows->data));
       break;
     case OUTPUT_SLIP_RATE:
       PetscCall(TakeVector(out->fault, w, layout->block, layout->rate, &copy[f], rows));
@@ -276,8 +276,13 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   SlipWorkAdd(SLIP_WORK_NUMBER, (PetscReal)n * (PetscReal)mesh->N);
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run->file), n, series, 1));
   for (PetscInt f = 0; f < OUTPUT_MAX_FIELDS; f++) PetscCall(PetscFree(copy[f]));
+  for (PetscInt f = 0, k = out->rests ? 2 : 1; f < SlipFaultOutputCount(out->fault); f++) {
+    if (f < OUTPUT_NUM_FIELDS && out->wanted[f] && out->of[f])
+      PetscCall(VecRestoreArrayRead(out->of[f], &series[k].data));
+    k += out->wanted[f] ? 1 : 0;
+  }
   PetscCall(PetscFree(slip));
-  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -470,8 +475,8 @@ static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *sh
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers in *x0 the pore pressure at a time (w: NULL), or the effective normal stress of a state. Collective. */
-static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, Vec *x0)
+/* Gathers in out->of[f] a number of each cell that is no part of the state w. Collective. */
+static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, PetscInt f)
 {
   SlipFault fault = out->fault;
   SlipFrictionCells friction;
@@ -479,16 +484,19 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
 
   PetscFunctionBegin;
   if (!out->numbers) PetscCall(VecDuplicate(fault->cells, &out->numbers));
-  if (!*x0) PetscCall(VecDuplicate(out->c0, x0));
-  if (w) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  if (!out->of[f]) PetscCall(VecDuplicate(out->c0, &out->of[f]));
   PetscCall(VecGetArrayWrite(out->numbers, &x));
-  if (w)
+  if (f != OUTPUT_PORE_PRESSURE) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  if (f == OUTPUT_PORE_PRESSURE)
+    PetscCall(SlipLoadsPressure(&fault->loads, time, x));
+  else if (f == OUTPUT_NORMAL_STRESS)
     PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
   else
-    PetscCall(SlipLoadsPressure(&fault->loads, time, x));
+    PetscCall(SlipFaultZoneValues(fault, time, w, &friction, f == OUTPUT_TEMPERATURE ? x : NULL,
+                                  f == OUTPUT_TEMPERATURE ? NULL : x));
   PetscCall(VecRestoreArrayWrite(out->numbers, &x));
-  PetscCall(VecScatterBegin(out->gather_c, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_c, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(out->gather_c, out->numbers, out->of[f], INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_c, out->numbers, out->of[f], INSERT_VALUES, SCATTER_FORWARD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -520,8 +528,8 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
     PetscCall(VecScatterBegin(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
-  if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherNumbers(out, time, NULL, &out->p0));
-  if (out->wanted[OUTPUT_NORMAL_STRESS]) PetscCall(GatherNumbers(out, time, w, &out->n0));
+  for (PetscInt f = OUTPUT_PORE_PRESSURE; f <= OUTPUT_ZONE_PRESSURE; f++)
+    if (out->wanted[f]) PetscCall(GatherNumbers(out, time, w, f));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   fault->run->entries++;
   fault->run->entry_time = fault->loads.origin + time;

@@ -285,10 +285,11 @@ static PetscErrorCode OutputDestroy(void **ctx)
   PetscCall(VecScatterDestroy(&out->gather_r));
   PetscCall(VecScatterDestroy(&out->gather_c));
   {
-    Vec *vecs[] = {&out->w0,      &out->r0,     &out->c0,    &out->p0,    &out->n0,
-                   &out->numbers, &out->start0, &out->shown, &out->vinf0, &out->when.entry_u};
+    Vec *vecs[] = {&out->w0,     &out->r0,    &out->c0,    &out->numbers,
+                   &out->start0, &out->shown, &out->vinf0, &out->when.entry_u};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+    for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) PetscCall(VecDestroy(&out->of[f]));
   }
   PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -171,7 +171,9 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
-  list->columns = SlipFaultOpens(fault) ? STATION_COLUMNS : fault->kind.coupled ? STATION_OPENING : STATION_NORMAL;
+  list->columns = SlipFaultOpens(fault)           ? STATION_COLUMNS
+                  : SlipFaultNormalFollows(fault) ? STATION_OPENING
+                                                  : STATION_NORMAL;
   list->columns += fault->layout.states - 1;
   list->numbers = list->columns + 3 * (fault->layout.plane - 1);
   PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
@@ -324,7 +326,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     row += 2 * c;
     for (PetscInt j = 0; j < fault->layout.states; j++)
       *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
-    if (fault->kind.coupled) *row++ = friction.stress[i];
+    if (SlipFaultNormalFollows(fault)) *row++ = friction.stress[i];
     if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
   }
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
