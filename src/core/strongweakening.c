@@ -58,6 +58,12 @@ void SlipStrongSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
   *s = SteadyOf(p, v, NULL) + p->shift;
 }
 
+/* Ten times V_w, where friction has lost nine tenths of what it can lose */
+PetscReal SlipStrongRupture(const SlipFriction *p)
+{
+  return 10 * p->own[WEAKENING_RATE];
+}
+
 /* The parameters of cell i that its rate needs */
 static SlipFriction CellOf(const SlipFrictionCells *f, PetscInt i)
 {
