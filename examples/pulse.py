@@ -107,9 +107,8 @@ def draw(name, event, rows):
     axes[0].legend()
     shown = [("without", "without", "black")]
     strongest = [row for row in rows if row[0] == rows[-1][0]]
-    for k in (-1, len(strongest) // 2):
-        row = strongest[k]
-        shown.append((row[3], f"{row[1] / 3600:g} h before it", RUN_STYLES[k % 2]["color"]))
+    for style, row in zip(RUN_STYLES, (strongest[-1], strongest[len(strongest) // 2])):
+        shown.append((row[3], f"{row[1] / 3600:.3g} h before it", style["color"]))
     for case, label, colour in shown:
         run = Run(f"{name}_{case}.h5")
         time, rate = (event - run.series["time"]) / 3600, run.series["max_slip_rate"]

@@ -119,7 +119,7 @@ def draw(name, run, x, times, slip):
     days = [day for day in SHOWN if day * DAY <= times[-1] * (1 + 1e-9)]
     for day, colour in zip(days, plt.get_cmap("viridis")(np.linspace(0, 0.92, len(days)))):
         shown = [np.interp(day * DAY, at, column) for column in values[:, middle].T]
-        axes[0, 1].plot(x, np.array(shown) / 1e6, color=colour, label=f"{day:.3g} days")
+        axes[0, 1].plot(x, np.array(shown) / 1e6, color=colour, label=f"day {day:.3g}")
         axes[1, 0].plot(x, [1e3 * np.interp(day * DAY, times, column) for column in slip.T], color=colour)
     axes[0, 1].set(title="Pore pressure through the middle", ylabel="MPa", ylim=(0, None))
     axes[1, 0].set(title="Slip through the middle", ylabel="mm", ylim=(0, None))
