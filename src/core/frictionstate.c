@@ -216,8 +216,8 @@ static PetscReal Largest(const Steady *c)
 }
 
 /* SlipFrictionWeakening() from a law's functions. With one state x' = f(x, v) the results are -mu_x f_v and mu_v f_x -
-   mu_x f_v. With two of Ruina's, d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). With a rate of ruptures
-   the fall is that after a step from v to it: of strong_rate_weakening that from the peak to steady friction over d_c. */
+   mu_x f_v. With two of Ruina's, d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). With a rate of
+   ruptures the fall is that after a step from v to it: of strong_rate_weakening from the peak to steady friction. */
 void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v, PetscReal *fall,
                              PetscReal *critical)
 {
