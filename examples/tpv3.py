@@ -75,14 +75,15 @@ def plot(name):
     share = np.array([here / time - 1 for _, _, time, here in compare(found)])
     print(f"root mean square: {100 * np.sqrt((share ** 2).mean()):.2f} %; largest slip rate: "
           f"{events['peak_slip_rate'][first]:.1f} m/s")
-    draw(name, run, times, found)
-    print(f"Figure: {name}.png")
+    draw(name, run, times, found, {way: [(far + CENTRE / 1e3, time) for far, time in rows.items()]
+                                   for way, rows in PUBLISHED.items()}, "Day et al. (2005)")
 
 
-def draw(name, run, times, found):
-    """Slip rates at two times, slip at the end with the rupture's front every half second, and the table's times."""
+def draw(name, run, times, found, published, source):
+    """Slip rates at two times, slip at the end with the rupture's front every half second, its times in profiles from
+    the middle, and published points (km, s) of each. tpv101.py draws by it as well."""
     use_style()
-    canvas, axes = plt.subplots(2, 2, figsize=(12, 6.6), layout="constrained")
+    canvas, axes = plt.subplots(2, 2, figsize=(12, 1.6 + 10 * times.shape[0] / times.shape[1]), layout="constrained")
     plane, = planes_of(run)
     (at, rates), (_, slip) = run.field("slip_rate"), run.field("slip")
     shown = [int(np.argmin(np.abs(at - time))) for time in SHOWN]
@@ -103,14 +104,15 @@ def draw(name, run, times, found):
         side = far > 0
         axes[1, 1].plot(far[side] / 1e3, when[side], color=RUN_STYLES[k]["color"],
                         label="along strike" if way == "strike" else "down dip")
-    for way, rows in PUBLISHED.items():
-        axes[1, 1].plot([one + CENTRE / 1e3 for one in rows], list(rows.values()), linestyle="", marker="o",
-                        markersize=7, markerfacecolor="none", markeredgecolor="black",
-                        label="Day et al. (2005)" if way == "dip" else None)
+    points = [point for rows in published.values() for point in rows]
+    if points:
+        axes[1, 1].plot(*zip(*points), linestyle="", marker="o", markersize=7, markerfacecolor="none",
+                        markeredgecolor="black", label=source)
     axes[1, 1].set(title="Rupture's front", xlabel="from the middle (km)", ylabel="time (s)", xlim=(0, 15),
                    ylim=(0, None))
     axes[1, 1].legend(loc="upper left")
     canvas.savefig(f"{name}.png")
+    print(f"Figure: {name}.png")
 
 
 def main():

@@ -111,6 +111,9 @@ typedef struct {
      false: a formula of second order, stable at any step */
   PetscBool (*drift)(const SlipFrictionCells *, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
                      PetscReal s[]);
+  /* The rate of ruptures, for laws whose friction falls more the faster slip is: the cohesive zone follows from the
+     fall there. NULL: friction falls alike at all rates */
+  PetscReal (*rupture)(const SlipFriction *p);
   const char *reads; /* friction parameters that it uses, as "residual slip"; messages name others; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* built-in laws, ended by a NULL name */

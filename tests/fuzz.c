@@ -100,6 +100,11 @@ static PetscErrorCode ReadStiffness(const char file[])
   return ReadOfFault("stiffness_file", file);
 }
 
+static PetscErrorCode ReadHistory(const char file[])
+{
+  return ReadOfFault("stress_history", file);
+}
+
 static PetscErrorCode ReadTolerances(const char file[])
 {
   SlipFaultTolerances t;
@@ -120,9 +125,9 @@ static const struct {
   PetscErrorCode (*read)(const char file[]);
   PetscErrorCode (*make)(const char file[]); /* NULL: fuzz.py writes it */
 } Kinds[] = {
-  {"policy", ReadPolicy, MakePolicy},   {"mesh", ReadMesh, NULL},
-  {"parameters", ReadParameters, NULL}, {"stiffness", ReadStiffness, NULL},
-  {"tolerances", ReadTolerances, NULL}, {"estimates", ReadEstimates, NULL},
+  {"policy", ReadPolicy, MakePolicy}, {"mesh", ReadMesh, NULL},       {"parameters", ReadParameters, NULL},
+  {"stiffness", ReadStiffness, NULL}, {"history", ReadHistory, NULL}, {"tolerances", ReadTolerances, NULL},
+  {"estimates", ReadEstimates, NULL},
 };
 
 /* Where it crashed, or hung, for fuzz.py to tell our code from HDF5; PETSc has taken the handlers of sanitizers, which
@@ -226,7 +231,7 @@ int main(int argc, char **argv)
   (void)backtrace(&frame, 1); /* loads what it needs while that is safe */
   while (kind < sizeof(Kinds) / sizeof(*Kinds) && (argc < 2 || strcmp(argv[1], Kinds[kind].name))) kind++;
   PetscCheck(kind < sizeof(Kinds) / sizeof(*Kinds), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "expected fuzz KIND, with policy, mesh, parameters or stiffness");
+             "expected fuzz KIND, with a row of its table");
   if (argc == 4 && Kinds[kind].make) PetscCall(Kinds[kind].make(argv[3]));
   while (argc == 2 && fgets(file, sizeof(file), stdin)) {
     file[strcspn(file, "\n")] = '\0';

@@ -4,14 +4,14 @@ it was.
 
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
-KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, tolerances, estimates (read
-by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
--fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/study/import_sb3.py). A
-mutant is a good file with flipped bits, other numbers, pieces cut out, doubled or missing, or a dataset or attribute of
-another type, rank, size or value, a missing or additional one, links in its place. Its number and --seed alone decide
-what it is. Each must be read within 20 s and 1 GB, and be refused with one message or accepted; where the file has a
-checksum, only with the content that it was taken of. Crashes and hangs whose innermost frame is in HDF5 are counted
-apart, with its version: they are not ours to mend.
+KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, history, history_csv (of
+stresses), tolerances, estimates (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint
+(by the program fault, where it has -fault_restart), catalogue and output (by a run that goes on in them) and zip (by
+training/study/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out, doubled or
+missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
+place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one
+message or accepted; where the file has a checksum, only with the content that it was taken of. Crashes and hangs whose
+innermost frame is in HDF5 are counted apart, with its version: they are not ours to mend.
 
 SLIPSTEP_BUILD names the build (default build); of a build with -DSLIPSTEP_SANITIZE=ON the sanitizers report. The exit
 code is 1 when a mutant broke a rule; it is then kept (--keep, else a folder that is named).
@@ -134,6 +134,26 @@ def make_stiffness(folder):
     return path
 
 
+def make_history(folder):
+    """Two stresses in time, one of numbers and one of fields, of which shear has two components"""
+    path = os.path.join(folder, "seed.h5")
+    with h5py.File(path, "w") as file:
+        for group, shear, normal in (("quake", 2e5, -1e5), ("wave", 1e5 * np.arange(12.0).reshape(2, 3, 2),
+                                                             np.full((2, 3), 5e4))):
+            for name, values, unit in (("time", [0.0, 5, 20, 60], "s"), ("course", [0.0, 1, 0.4, 0.6], "1"),
+                                       ("shear", shear, "Pa"), ("normal", normal, "Pa")):
+                file[f"{group}/{name}"] = values
+                file[f"{group}/{name}"].attrs["units"] = unit
+    return path
+
+
+def make_history_csv(folder):
+    path = os.path.join(folder, "seed.csv")
+    with open(path, "w") as file:
+        file.write("time, shear, normal\n0, 0, 0\n5.5, 1e5, -2e4\n\n60, 2.5e5, 0\n")
+    return path
+
+
 def make_shipped(name):
     """A file of measured numbers that comes with the library"""
     def make(folder):
@@ -150,7 +170,8 @@ def crash_report(path, kind):
         return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *command, "-no_signal_handler"],
                               env=ENVIRONMENT, capture_output=True, text=True, errors="replace",
                               timeout=10 * TIMEOUT).stdout
-    kind = "mesh" if kind in ("planes", "triangles", "gmsh22", "gmsh41") else kind
+    kind = ("mesh" if kind in ("planes", "triangles", "gmsh22", "gmsh41") else "history" if kind == "history_csv"
+            else kind)
     return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True,
                           errors="replace").stderr
 
@@ -262,7 +283,8 @@ def make_stations(folder):
 def mutate_file(rng, seed, path):
     with open(seed, "rb") as file:
         content = file.read()
-    content = mutate_words(rng, content) if seed.endswith(".msh") and rng.random() < 0.5 else mutate_bytes(rng, content)
+    words = seed.endswith((".msh", ".csv")) and rng.random() < 0.5
+    content = (mutate_words if words else mutate_bytes)(rng, content)
     with open(path, "wb") as file:
         file.write(content)
 
@@ -369,8 +391,9 @@ def read_zips(paths):
 
 KINDS = {**{name: Kind(make, mutate_hdf5, read_by_reader(name), name == "policy") for name,
             make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
-                     ("stiffness", make_stiffness), ("tolerances", make_shipped("tolerances.h5")),
-                     ("estimates", make_shipped("estimates.h5")))},
+                     ("stiffness", make_stiffness), ("history", make_history),
+                     ("tolerances", make_shipped("tolerances.h5")), ("estimates", make_shipped("estimates.h5")))},
+         "history_csv": Kind(make_history_csv, mutate_file, read_by_reader("history"), False),
          "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
          "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
          **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"),

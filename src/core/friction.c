@@ -82,7 +82,7 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
    .by_rate = PETSC_TRUE, .always_slides = PETSC_TRUE, .states = Theta, .nstates = 1, .rate = SlipStrongRate,
    .steady = SlipStrongSteady, .own = SlipStrongParameters, .drift = SlipStrongDrift, .direct = SlipRateAndStateDirect,
    .balance = SlipStrongBalance, .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT,
-   .values = SlipRateAndStateValues, .reads = "slip a b alpha reference reference_rate"},
+   .values = SlipRateAndStateValues, .rupture = SlipStrongRupture, .reads = "slip a b alpha reference reference_rate"},
   {.name = NULL},
 };
 

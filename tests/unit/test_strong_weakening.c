@@ -70,6 +70,10 @@ static void steady_state(void **state)
     law->rate(&cell, &s, v, &rate, &ds, &dv);
     assert_true(fabs(rate) <= 8 * EPS * v / 0.4 * 200);
     SlipFrictionWeakening(&f, 0, v, &fall, &critical);
+    /* the fall that a rupture finds is all that is left to lose after the step to its rate, over d_c */
+    law->steady(&cell, v, &s);
+    law->eval(&cell, &s, 1, &mu, &ds, &dv);
+    AssertNear(fall * 0.4, mu - (PetscReal)SteadyFriction(1), 1e-12);
     AssertNear(critical * 0.4, (PetscReal)((SteadyFriction(v * expl(-h)) - SteadyFriction(v * expl(h))) / (2 * h)),
                1e-7);
   }

@@ -64,6 +64,7 @@ PETSC_EXTERN void SlipStrongRate(const SlipFriction *p, const PetscReal s[], Pet
 PETSC_EXTERN void SlipStrongSteady(const SlipFriction *p, PetscReal v, PetscReal s[]);
 PETSC_EXTERN PetscBool SlipStrongDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                        PetscInt stride, PetscReal s[]);
+PETSC_EXTERN PetscReal SlipStrongRupture(const SlipFriction *p);
 PETSC_EXTERN SlipFrictionBalanceFn SlipStrongBalance;
 PETSC_EXTERN SlipFrictionBalanceFn SlipRateAndStateBalance, SlipExponentialWeakeningBalance, SlipFrictionBalance;
 PETSC_EXTERN SlipFrictionValues SlipRateAndStateValues, SlipExponentialWeakeningValues;

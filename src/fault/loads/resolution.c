@@ -4,6 +4,9 @@
    shorter lengths than G/(1 - nu) for inplane slip:
      rate and state    cohesive zone L_b = G/W, W = b sigma/d_c (Rubin & Ampuero 2005); K_c = sigma (b - a)/d_c (Ruina
                        1983), nucleation h* = (2/pi) G/K_c (Rice 1993)
+     strong weakening  the same K_c, of slow slip. At the constant rate of a rupture friction falls exponentially over
+                       d_c, from its peak to its steady value there (strongweakening.c): the zone is that of slip
+                       weakening, W = (f_peak - f_steady) sigma/d_c
      slip weakening    cohesive zone (9 pi/32) G/W (Day et al. 2005), W = K_c = -dq/ds at the start, dmu sigma/d_c;
                        nucleation 1.158 G/W (Uenishi & Rice 2003)
      rate weakening    no cohesive zone: strength falls at once. Motion runs away where damping is lost, d = dq/d|v| + H
@@ -18,6 +21,7 @@
 /* Cells that a cohesive zone must have: Day et al. (2005) for ruptures, and Jiang et al. (2022) for cycles */
 #define CELLS_OF_ZONE 3
 #define CELLS_OF_NUCLEATION 1
+#define SLIP_ZONE (9 * PETSC_PI / 32)
 
 /* Finds the lengths [m] that a cell's friction sets, of its cohesive zone (0: none) and of nucleation, and K_c [Pa/m].
    Returns false where it does not weaken. damping: H of the cell [Pa s/m] */
@@ -32,7 +36,7 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
     if (rate == 0) rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
     SlipFrictionWeakening(friction, i, rate, &ds, critical);
     *critical *= sigma;
-    length[0] = ds > 0 ? G / (ds * sigma) : 0;
+    length[0] = ds > 0 ? (fault->friction.law->rupture ? SLIP_ZONE : 1) * G / (ds * sigma) : 0;
     length[1] = 2 / PETSC_PI * G / *critical;
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
@@ -46,7 +50,7 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
   *critical = -ds * sigma;
-  length[0] = 9 * PETSC_PI / 32 * G / *critical;
+  length[0] = SLIP_ZONE * G / *critical;
   length[1] = 1.158 * G / *critical;
   return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
