@@ -1,10 +1,11 @@
 /* TSLAPUSTA as a PETSc TS type: steps of a fault in a medium that radiates waves, as in Lapusta, Rice, Ben-Zion & Zheng
    (2000), and longer steps by the formulas of TSADAMS.
 
-   In short steps, and in all where friction sticks or the controller estimates no errors, slip rates are constant within a step, and all that depends on slip, waves included, follows them exactly
-   (SlipDriftOps.drift). A step predicts with the rates of its start and corrects twice, with the mean of these and of
-   the rates that friction has at the end. It is of second order, and the next step begins with the rates at the end of
-   the second correction. It never extrapolates the rate of a friction state, because in the shortest useful step, in
+   In short steps, and in all where friction sticks or the controller estimates no errors, slip rates are constant
+   within a step, and all that depends on slip, waves included, follows them exactly (SlipDriftOps.drift). A step
+   predicts with the rates of its start and corrects twice, with the mean of these and of the rates that friction has at
+   the end. It is of second order, and the next step begins with the rates at the end of the second correction. It never
+   extrapolates the rate of a friction state, because in the shortest useful step, in
    which waves cross half a cell, a cell may slip by many times its characteristic slip.
 
    The error estimate is the difference of the first and the last correction, and of order h^3.
@@ -235,9 +236,9 @@ static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
   The method is of second order and takes two right-hand sides a step. Friction states follow the rates of a step
   exactly, and are stable at any step. TSAdapt type lapusta limits the slip of a step; basic, dsp and heuristic
   limit the error; none takes constant steps. Under those that limit the error, steps longer than 4 shortest ones of
-  friction whose cells always slide are those of TSADAMS, with its options. Steps of other controllers are shortened to 1 or 1.5 times a power of 2 of
-  the shortest step (SlipDriftOps.shortest). No step is shorter than that, and a step of that length is never
-  rejected.
+  friction whose cells always slide are those of TSADAMS, with its options. Steps of other controllers are shortened to
+  1 or 1.5 times a power of 2 of the shortest step (SlipDriftOps.shortest). No step is shorter than that, and a step of
+  that length is never rejected.
 
   Errors: PETSC_ERR_ARG_WRONGSTATE for problems without SlipDriftOps.drift
 

@@ -64,8 +64,8 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 
-/* Refuses with waves rl, whose policy for cycles without waves moved events by years, both ways, and for cycles pi, whose
-   steps grow by 1.2 at once, less than from one allowed length to the next: they would never grow. */
+/* Refuses with waves rl, whose policy for cycles without waves moved events by years, both ways, and for cycles pi,
+   whose steps grow by 1.2 at once, less than from one allowed length to the next: they would never grow. */
 PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
 {
   PetscReal shortest;
