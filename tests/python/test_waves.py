@@ -197,14 +197,14 @@ class WavesTest(FaultTest):
             self.assertIn(message, errors[0])
 
     def test_cycle(self):
-        """BP1-FD with cells of 200 m, up to its first event: by default within 0.03 years of the limit, 198.022 years by
-        two methods (Adams' steps at 1e-5, steps that bound slip at a twentieth of their bound), where steps that bound
-        slip are 0.1 years late; a restart among Adams' steps before the rupture goes on to the bit."""
+        """BP1-FD with cells of 200 m, up to its first event: by default within 0.03 years of the limit, 198.022 years
+        by two methods, Adams' steps at 1e-5 and steps that bound slip at a twentieth of their bound; at their bound
+        those are 0.1 years late. A restart among Adams' steps before the rupture goes on to the bit."""
         subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_seas.py"), "bp1", self.path("c.h5"),
                         "--cell", "200"], check=True, stdout=subprocess.DEVNULL)
         options = ("-options_file", os.path.join(SOURCE, "examples", "seas_bp1.opts"), "-fault_nx", 1,
-                   "-fault_nz", 200, "-fault_parameters", "c.h5", "-fault_medium", "waves", "-ts_max_time", 198.1 * 3.15576e7,
-                   "-fault_progress", "no", "-fault_output_overwrite")
+                   "-fault_nz", 200, "-fault_parameters", "c.h5", "-fault_medium", "waves", "-fault_progress", "no",
+                   "-ts_max_time", 198.1 * 3.15576e7, "-fault_output_overwrite")
         whole, part = (("-fault_output", f"{name}.h5", "-fault_catalogue", f"{name}_events.h5")
                        for name in ("whole", "part"))
         said = self.fault(*options, *whole)
