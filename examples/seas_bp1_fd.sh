@@ -10,4 +10,4 @@ cd "$(dirname "$0")/.."
 . examples/seas_run.sh
 
 slipstep_ready
-seas_run seas_bp1_fd bp1 100 1000 -fault_medium waves -ts_type lapusta -ts_adapt_type lapusta "$@"
+seas_run seas_bp1_fd bp1 100 1000 -fault_medium waves "$@"

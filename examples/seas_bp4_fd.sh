@@ -10,4 +10,4 @@ cd "$(dirname "$0")/.."
 . examples/seas_run.sh
 
 slipstep_ready
-seas_run seas_bp4_fd bp4 500 250 -fault_medium waves -ts_type lapusta -ts_adapt_type lapusta "$@"
+seas_run seas_bp4_fd bp4 500 250 -fault_medium waves "$@"

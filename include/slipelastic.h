@@ -34,6 +34,7 @@ typedef struct {
   PetscReal size[2];     /* of a cell [m] */
   PetscReal depth_top;   /* of the upper edge [m] */
   PetscBool full_space;  /* there is no free surface */
+  PetscBool mirror;      /* the image of slip in a full space stands for the free surface */
   const PetscReal *rake; /* of slip with one component [cells of this process] [deg]; NULL: 0; borrowed, during setup */
 } SlipElasticGrid;
 /* The cells of an antiplane line are at least this much longer than the line. */

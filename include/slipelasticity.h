@@ -101,6 +101,9 @@ struct _SlipKernelType {
 };
 /* Slip along strike on rectangles of parallel vertical planes, by the functions above */
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
+/* The same where the image of the slip, mirrored at the surface, in a full space stands for the free surface: no shear
+   stress acts on it, but normal stress, which vanishes in truth. It is exact where slip does not vary along strike. */
+PETSC_EXTERN const SlipKernelType SlipKernelMirror;
 /* Slip along rakes on rectangles of any strike and dip: shear stress along the receiver's rake, and normal stress */
 PETSC_EXTERN const SlipKernelType SlipKernelDipping;
 /* The same on triangles */

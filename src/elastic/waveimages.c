@@ -157,7 +157,8 @@ static PetscErrorCode SetUpPlane(SlipWaveImages w, const SlipElasticRock *rock, 
 {
   enum { D = PLANE_DEGREES, M = PLANE_NODES };
   const SlipElasticGrid *g = &w->space->grid;
-  const PetscReal half[2] = {(PetscReal)g->nx * g->size[0] / 2, (PetscReal)g->nz * g->size[1] / 2};
+  const PetscReal half[2] = {(PetscReal)g->nx * g->size[0] / 2,
+                             (PetscReal)SlipWaveSpaceRows(w->space) * g->size[1] / 2};
   const PetscReal lx = (PetscReal)w->space->length[0] * g->size[0], lz = (PetscReal)w->space->length[1] * g->size[1];
   PetscReal x[NODES], p[NODES * D], damping = 0;
 
@@ -217,7 +218,8 @@ PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *
   for (int d = 0; d < 2; d++) {
     PetscCall(PetscCalloc1(n[d] * LANES, &w->at[d]));
     for (PetscInt i = 0; i < n[d]; i++)
-      Polynomials(Place((PetscReal)i, n[d], w->space->mirror), w->degrees, w->space->mirror, w->at[d] + i * LANES);
+      Polynomials(Place((PetscReal)i, n[d], space->mirror && (space->line || d)), w->degrees,
+                  space->mirror && space->line, w->at[d] + i * LANES);
   }
   PetscCall(PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * LANES, &w->rows));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -294,7 +296,8 @@ static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
     for (PetscInt row = 0; row < s->grid.nz; row++) {
       const PetscReal *z = w->at[1] + row * LANES, *sum = w->rows + row * 2 * LANES;
 
-      for (PetscInt b = 0; b < w->q; b++) q[b] += sum[b / (D * D) * LANES + b / D % D] * z[b % D];
+      for (PetscInt b = 0; b < w->q; b++) /* with an image, odd moments of slip along strike vanish */
+        q[b] += (s->mirror ? 2 * (b % D % 2 == 0) : 1) * sum[b / (D * D) * LANES + b / D % D] * z[b % D];
     }
   }
   PetscCall(SlipGatherRestore(&s->gather, u, &a));
@@ -451,6 +454,7 @@ PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, PetscBool stead
     for (PetscInt i = 0; i < w->q; i++)
       for (PetscInt b = 0; b < w->q; b++) *work += q[i] * w->C[g][i * w->q + b] * (w->past[b] - w->moments[b]);
   }
+  if (w->space->mirror && !w->space->line) *work /= 2; /* moments are those of both halves */
   PetscCall(PetscFree(q));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

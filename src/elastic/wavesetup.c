@@ -76,8 +76,13 @@ static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
       prefix, prefix, (double)g->depth_top, prefix);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCheck(g->full_space, comm, PETSC_ERR_SUP, "-%sfault_medium waves of a plane: expected one without ground",
+  PetscCheck(g->full_space || g->mirror, comm, PETSC_ERR_SUP,
+             "-%sfault_medium waves of a plane: expected one without ground, or -%sfault_kernel mirror", prefix,
              prefix);
+  PetscCheck(!g->mirror || g->depth_top == 0, comm, PETSC_ERR_SUP,
+             "-%sfault_kernel mirror with -%sfault_medium waves is of planes up to the ground: expected "
+             "-%sfault_depth_top 0, not %g m",
+             prefix, prefix, prefix, (double)g->depth_top);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -164,9 +169,9 @@ PetscErrorCode SlipWavesImages(SlipElastic el, PetscReal *first, PetscReal *last
   PetscCall(SlipElasticGetData(el, &w));
   {
     const SlipWaveSpace s = w->space;
-    const PetscReal sides = s->mirror ? 2 : 1, *const size = s->grid.size,
+    const PetscReal sides = s->mirror && s->line ? 2 : 1, *const size = s->grid.size,
                     x = (PetscReal)(s->length[0] - s->grid.nx) * size[0],
-                    z = sides * (PetscReal)(s->length[1] - s->grid.nz) * size[1],
+                    z = sides * (PetscReal)(s->length[1] - SlipWaveSpaceRows(s)) * size[1],
                     period = PetscMax(s->line ? 0 : (PetscReal)s->length[0] * size[0],
                                       sides * (PetscReal)s->length[1] * size[1]);
 
@@ -190,8 +195,9 @@ PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPIU_REAL, MPIU_SUM, w->space->comm));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "waves: %s, period %" PetscInt_FMT " x %" PetscInt_FMT " cells, shortest step %.3g s, memory %.3g MB\n",
-    w->space->line ? (w->space->mirror ? "antiplane line up to the ground" : "antiplane line in a full space")
-                   : "plane in a full space",
+    w->space->line     ? (w->space->mirror ? "antiplane line up to the ground" : "antiplane line in a full space")
+    : w->space->mirror ? "plane up to the ground, for which the image of slip stands: an approximation"
+                       : "plane in a full space",
     w->space->length[0], w->space->length[1], (double)w->least, (double)bytes / 1e6));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  waves of periodic images come %.3g s after slip\n", (double)first));
   for (PetscInt m = 0; m < w->space->modes; m++)

@@ -23,7 +23,6 @@ static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
   PetscMPIInt size, rank;
 
   PetscFunctionBegin;
-  s->mirror = s->grid.full_space ? PETSC_FALSE : PETSC_TRUE;
   s->parts = s->mirror ? 1 : 2;
   s->modes = 1;
   s->length[0] = 1;
@@ -111,7 +110,7 @@ static PetscErrorCode BackwardLine(SlipWaveSpace s, const PetscReal spectrum[])
 /* The period has the area of the fault times the square of padding, and images are equally far away on all sides. */
 static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
 {
-  const PetscReal a = s->grid.size[0] * (PetscReal)s->grid.nx, b = s->grid.size[1] * (PetscReal)s->grid.nz;
+  const PetscReal a = s->grid.size[0] * (PetscReal)s->grid.nx, b = s->grid.size[1] * (PetscReal)SlipWaveSpaceRows(s);
   const PetscReal gap = (PetscSqrtReal(PetscSqr(a + b) + 4 * (padding * padding - 1) * a * b) - a - b) / 2;
   PetscInt waves, first, nz;
 
@@ -133,6 +132,7 @@ static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
 
     s->k[i] = k;
     s->share[i] = (jx && 2 * jx < s->length[0] ? 2 : 1) / ((PetscReal)s->length[0] * (PetscReal)nz);
+    if (s->mirror) s->share[i] /= 2; /* both halves have the same product */
     s->ex[i] = k > 0 ? x / k : 1;
     s->ez[i] = k > 0 ? z / k : 0;
     if (2 * jx != s->length[0]) continue;
@@ -204,6 +204,8 @@ static PetscErrorCode ForwardPlane(SlipWaveSpace s, const PetscReal u[], PetscRe
 
       PetscCall(PetscArraycpy(column, s->pencil->by_wave + 2 * (size_t)k * nz, 2 * nz));
       PetscCall(PetscArrayzero(column + 2 * nz, 2 * (length - nz)));
+      for (PetscInt i = 0; i < 2 * nz && s->mirror && c == 0; i++) /* slip along strike alone */
+        column[2 * (length - 1 - i / 2) + i % 2] = column[i];
     }
     if (waves) fftw_execute(s->plan[c][0]);
     PetscCall(Count(s));
@@ -256,6 +258,7 @@ PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, SlipWaveS
   s->grid = *rock->grid;
   s->components = rock->components;
   s->line = s->grid.nx == 1 ? PETSC_TRUE : PETSC_FALSE;
+  s->mirror = s->line && !s->grid.full_space ? PETSC_TRUE : s->grid.mirror;
   if (s->line)
     PetscCall(SetUpLine(s, rock->waves_padding));
   else

@@ -86,6 +86,53 @@ const SlipKernelType SlipKernelStrikeSlip = {
   .edge = SlipAverageEdge_Private,
 };
 
+/* ---- the mirror image in place of the free surface ---- */
+
+static void Centre_Mirror(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
+{
+  const SlipDippingRectangle *r = &receiver->rectangle, *s = &source->rectangle;
+
+  block[0] = 0;
+  for (int side = 1; side >= -1; side -= 2)
+    block[0] += SlipKernelOffset(k->shear_modulus, k->poisson_ratio, r->x - s->x, r->y - s->y, r->z, side * s->z,
+                                 s->length, s->width, PETSC_TRUE);
+}
+
+static void Average_Mirror(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
+{
+  SlipCell image = *source;
+  SlipKernel full = *k;
+  PetscReal part;
+
+  full.full_space = PETSC_TRUE;
+  Average_StrikeSlip(&full, receiver, source, block);
+  image.rectangle.z = -image.rectangle.z;
+  Average_StrikeSlip(&full, receiver, &image, &part);
+  block[0] += part;
+}
+
+static void Surface_Mirror(const SlipKernel *k, PetscReal dx, PetscReal s, PetscReal a, PetscReal b, PetscReal part[2])
+{
+  SlipCell receiver = {.rectangle = {.x = dx, .z = s / 2, .length = a, .width = b}}, image = receiver;
+  SlipKernel full = *k;
+
+  full.full_space = PETSC_TRUE;
+  image.rectangle.x = 0;
+  image.rectangle.z = -s / 2;
+  (*(k->average ? Average_StrikeSlip : Centre_StrikeSlip))(&full, &receiver, &image, part);
+  part[1] = 0;
+}
+
+const SlipKernelType SlipKernelMirror = {
+  .name = "mirror",
+  .components = 1,
+  .symmetry = {SLIP_EVEN_STRIKE, SLIP_EVEN_STRIKE},
+  .centre = Centre_Mirror,
+  .average = Average_Mirror,
+  .surface = Surface_Mirror,
+  .edge = SlipAverageEdge_Private,
+};
+
 /* Computes the value at the centre. Cells were checked before, so that this should not fail; if it does, it is NaN. */
 static void Centre_Dipping(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
 {

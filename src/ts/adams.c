@@ -41,7 +41,7 @@ static PetscErrorCode TSReset_Adams(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSSetUp_Adams(TS ts)
+PetscErrorCode TSSetUp_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
 
@@ -262,7 +262,7 @@ static void ChooseOrder(TS ts)
 }
 
 /* Returns the norm of the estimate for the order of the next step; an attempt computes it once. */
-static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
+PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
   PetscBool good;
@@ -388,14 +388,14 @@ static PetscErrorCode Retry(TS ts, PetscBool good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipAttemptOps ops = {
+const SlipAttemptOps SlipAdamsOps = {
   .begin = Start, .attempt = Attempt, .order = Order, .retry = Retry, .accept = Accept, .bound = SlipAdamsBoundStep};
 
 /* Interpolates within the last step by the polynomial through both ends of the step whose slopes there, and at the
    starts of as many earlier steps as its order has, are the derivatives. For order 1 that is Hermite's cubic. Where
    rates grow tenfold in a step a cubic has an error of several tolerances. The difference between the step and the
    integral of the slopes is distributed as 6 x (1 - x), which is 0 at both ends. */
-static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
+PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscReal s = PetscClipInterval((t - ad->at.before) / (ts->ptime - ad->at.before), 0, 1),
@@ -473,8 +473,8 @@ PetscErrorCode TSCreate_Adams(TS ts)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ad));
   ts->data = ad;
-  ad->at =
-    (SlipAttempts){.ops = &ops, .nown = 5, .own = {&ad->at.start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]}};
+  ad->at = (SlipAttempts){
+    .ops = &SlipAdamsOps, .nown = 5, .own = {&ad->at.start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]}};
   ad->max_order = 5;
   ad->most = SLIP_ADAMS_CORRECTIONS;
   ad->corrections = 1;

@@ -28,6 +28,7 @@ import pulse
 import seas_bp8
 import tpv101
 import tpv3
+import tpv5
 import triggering
 from slipstep import OutputError, Run
 from slipstep.fields import waves
@@ -325,6 +326,17 @@ class ExamplesTest(PictureTest):
         more = (event - early) / pulse.integral(6e5)
         self.assertTrue(1 < more < 1.3, more)
 
+    def test_tpv5(self):
+        """Beside the published boundary integral with cells of 100 m: within 2 %; measured 1.2. Cells of 300 m are two
+        in a cohesive zone, and without the mirror image the ground breaks up to 4 % later."""
+        done = self.example("tpv5.sh", "-fault_progress", "no", "-ts_max_time", "7.5")
+        self.assertRegex(done.stdout, r"(?m)^root mean square: 0\.[0-9]+ %; the mirror image stands for the ground, ")
+        self.look(self.path("tpv5.png"))
+        times = Events(self.path("tpv5_events.h5")).map_of("rupture_time", 0)
+        for way, far, time, here in tpv5.compare(*tpv5.profiles(times)):
+            self.assertAlmostEqual(here / time, 1, delta=0.02, msg=f"{far} km {way}")
+        self.assertIn("--cell is 700 m", self.example("tpv5.sh", code=2, CELL="700").stderr)
+
     def test_kostrov(self):
         """Slip that friction and steps find converges to Kostrov's, by the first order, as cells break one after the
         other; a line of 400 cells is within 0.2 %, a circle of 50 within 5 %. A wrong impedance or memory leaves an
@@ -360,7 +372,7 @@ class ExamplesTest(PictureTest):
     def dynamic_files(self, name):
         """Those of a benchmark with waves call it so, and hold what it asks for in its units: within the rupture too
         shear stress is the strength by the benchmark's formula, to nine digits of the state, and slip is what slip
-        rates add up to, to 1e-4 of trapezoids of the steps of a rupture."""
+        rates add up to, to 2e-3 of trapezoids: Adams' steps between ruptures are of a higher order."""
         kind, columns = ("BP1-FD", (1, 2, 3, 4)) if "bp1" in name else ("BP4-FD", (1, 3, 5, 7))
         b, critical = (0.015, 0.008) if "bp1" in name else (0.013, 0.04)
         files = sorted(file for file in os.listdir(self.path(name)) if file.startswith("fltst"))
@@ -379,7 +391,7 @@ class ExamplesTest(PictureTest):
             np.testing.assert_allclose(stress, 50 * a * np.arcsinh(
                 10**rate / 2e-6 * np.exp((0.6 + b * np.log(1e-6 * 10**theta / critical)) / a)), rtol=1e-6)
             self.assertAlmostEqual((np.diff(time) * (10 ** rate[1:] + 10 ** rate[:-1]) / 2).sum(), slip[-1],
-                                   delta=1e-4 * abs(slip).max() + 1e-12)
+                                   delta=2e-3 * abs(slip).max() + 1e-12)
             largest = max(largest, 10 ** rate.max())
         self.assertGreater(largest, 0.5)
         # 1.9 km/s over all of it, 2.4 over the upper 10 km. The line of least squares, which slip that spreads for a

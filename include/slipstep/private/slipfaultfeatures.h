@@ -17,6 +17,7 @@
   EARLY(STIFFNESS_FILE, OWN, "-fault_stiffness_file", Given(f, FAULT_STIFFNESS_FILE))                                  \
   EARLY(HALF_SPACE, MEDIUM, "-fault_kernel half_space", Chosen(f, FAULT_KERNEL, "half_space"))                         \
   EARLY(FULL_SPACE, MEDIUM, "-fault_kernel full_space", Chosen(f, FAULT_KERNEL, "full_space"))                         \
+  EARLY(MIRROR, MEDIUM, "-fault_kernel mirror", Chosen(f, FAULT_KERNEL, "mirror"))                                     \
   EARLY(WAVES, OWN, "-fault_medium waves", Chosen(f, FAULT_MEDIUM, SLIPELASTICWAVES))                                  \
   EARLY(WAVE_PLANE, OWN, "-fault_medium waves of more than one column of cells",                                       \
         On_WAVES(f, ts) && (f->mesh.ndim < 2 || f->mesh.dims[1] > 1))                                                  \

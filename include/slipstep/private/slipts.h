@@ -103,7 +103,17 @@ typedef struct {
   PetscInt corrections; /* of the attempt */
   PetscReal rates[2]; /* fastest rates of relaxation at the starts of this step and the one before; 0: unknown [1/s] */
   Vec room[2];        /* work vectors of corrections */
+  /* of TSLAPUSTA */
+  PetscReal shortest; /* shortest step [s]; 0: there is none */
+  PetscBool constant; /* the user chose constant steps */
+  PetscBool waits;    /* all cells rest, and steps are short because waves may start slip */
+  PetscBool adams;    /* long steps are of TSADAMS */
+  PetscBool straight; /* slip rates are constant in the attempt, and in the last step */
 } TS_Adams;
+extern const SlipAttemptOps SlipAdamsOps;
+PETSC_INTERN PetscErrorCode TSSetUp_Adams(TS ts);
+PETSC_INTERN PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order, PetscReal *wlte);
+PETSC_INTERN PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x);
 PETSC_INTERN void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[]);
 PETSC_INTERN PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k);
 PETSC_INTERN PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most);

@@ -14,7 +14,7 @@ struct _n_SlipWaveSpace {
   SlipElasticGrid grid;
   PetscInt components;
   PetscBool line;   /* antiplane, infinite along strike: one cell there */
-  PetscBool mirror; /* a line that reaches the free surface: spectra are real */
+  PetscBool mirror; /* it reaches the free surface, for which its image stands; spectra of a line are real then */
   PetscInt modes;   /* II and III of planes, III of lines */
   PetscInt parts;   /* 1 where spectra are real, else 2 */
   PetscInt n, stride;
@@ -31,6 +31,11 @@ struct _n_SlipWaveSpace {
   SlipTransposedFFT pencil;
   SlipGather gather;
 };
+/* Rows of cells, with those of the image of a plane */
+static inline PetscInt SlipWaveSpaceRows(SlipWaveSpace s)
+{
+  return (s->mirror && !s->line ? 2 : 1) * s->grid.nz;
+}
 PETSC_INTERN PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, SlipWaveSpace *space);
 PETSC_INTERN PetscErrorCode SlipWaveSpaceForward(SlipWaveSpace space, Vec u, PetscReal spectrum[]);
 PETSC_INTERN PetscErrorCode SlipWaveSpaceBackward(SlipWaveSpace space, const PetscReal spectrum[], Vec u);

@@ -16,3 +16,5 @@ PETSC_EXTERN PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], Pets
 typedef PetscErrorCode (*TSBathePartFn)(TS ts, PetscReal time, Vec w, void *ctx);
 PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx);
 PETSC_EXTERN PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts);
+/* Is ts of type lapusta, and were slip rates constant in its last step? */
+PETSC_EXTERN PetscErrorCode SlipLapustaIsStraight(TS ts, PetscBool *lapusta, PetscBool *straight);

@@ -10,11 +10,13 @@ static PetscErrorCode SlipFaultKernel(SlipFault fault, PetscBool triangles, Slip
   const SlipKernelType *type = triangles             ? &SlipKernelTriangle
                                : fault->kind.dipping ? &SlipKernelDipping
                                                      : &SlipKernelStrikeSlip;
-  PetscBool cell, whole;
+  PetscBool cell, whole, mirror;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(text, "cell", &cell));
   PetscCall(PetscStrcmp(text, "whole", &whole));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "mirror", &mirror));
+  if (mirror && !triangles) type = &SlipKernelMirror;
   if (fault->layout.components == 2) type = triangles ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
   if (SlipFaultOpens(fault)) type = triangles ? &SlipKernelTriangleOpening : &SlipKernelDippingOpening;
   *kernel = (SlipKernel){.type = type,

@@ -223,15 +223,17 @@ static SlipElasticRock Rock(SlipFault fault)
 static SlipElasticGrid Grid(SlipFault fault)
 {
   const PetscReal *extent = fault->mesh.extent;
-  PetscBool full_space;
+  PetscBool full_space, mirror;
 
   (void)PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &full_space);
+  (void)PetscStrcmp(fault->options.text[FAULT_KERNEL], "mirror", &mirror);
   return (SlipElasticGrid){.nx = fault->mesh.dims[1],
                            .nz = fault->mesh.dims[0],
                            .size = {extent[MESH_LENGTH_X] / (PetscReal)PetscMax(fault->mesh.dims[1], 1),
                                     extent[MESH_LENGTH_Z] / (PetscReal)PetscMax(fault->mesh.dims[0], 1)},
                            .depth_top = extent[MESH_DEPTH_TOP],
                            .full_space = full_space,
+                           .mirror = mirror,
                            .rake = fault->fields.cell[FIELD_RAKE]};
 }
 

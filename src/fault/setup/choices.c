@@ -18,8 +18,11 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                     "What answers slip: static, at once, by stiffness and viscosity; or a type of "
                     "SlipElasticRegister()",
                     PROBLEM},
-  [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
-                    "Elastic medium: with or without the free surface", PROBLEM},
+  [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|mirror|",
+                    "Elastic medium: with or without the free surface; mirror: the image of slip above the surface "
+                    "stands for it, an approximation for slip along strike on vertical faults, exact where slip does "
+                    "not vary along strike, with which -fault_medium waves has planes up to the ground",
+                    PROBLEM},
   [FAULT_NORMAL_COUPLING] = {"normal_coupling", "auto", "|auto|yes|no|",
                              "Slip changes the normal stress, and so the strength; auto: yes for dipping faults, and "
                              "for vertical ones with a rake other than 0 or 180",

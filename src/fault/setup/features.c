@@ -126,9 +126,12 @@ const SlipFaultRule SlipFaultRules[] = {
    "no"},
   {F(WAVES), EXCLUDES, F(MEAN_SLIP), 0,
    "-fault_medium waves computes with the stiffness of the rock: expected -fault_stiffness_scaling none"},
-  {F(WAVE_PLANE), EXCLUDES, F(HALF_SPACE), 0,
-   "-fault_medium waves of a plane knows no ground, which reflects waves: expected -fault_kernel full_space, or an "
-   "antiplane line (-fault_nx 1)"},
+  {F(WAVE_PLANE), NEEDS, F(FULL_SPACE) | F(MIRROR), 0,
+   "-fault_medium waves of a plane knows no ground, which reflects waves: expected -fault_kernel full_space, mirror, "
+   "which approximates it, or an antiplane line (-fault_nx 1)"},
+  {F(MIRROR), EXCLUDES, F(OBLIQUE) | F(VECTOR) | F(COUPLED) | F(OPENING) | F(TRIANGLES), 0,
+   "-fault_kernel mirror is of slip along strike on vertical rectangles: expected -fault_rake 0, "
+   "-fault_slip_components 1 and -fault_normal_coupling no, or -fault_kernel half_space"},
   {F(CELL) | F(WHOLE), EXCLUDES, F(STIFFNESS_FILE), 0,
    "-fault_stiffness_average % cannot average the entries of -fault_stiffness_file %: expected no average"},
   {F(WHOLE), EXCLUDES, F(TRIANGLES), 0,
@@ -204,7 +207,7 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(STATIONS), NEEDS, F(OUTPUT), 0, "-fault_stations % is written to the output: expected -fault_output"},
   {F(SURFACE_STATIONS), NEEDS, F(OUTPUT), 0,
    "-fault_surface_stations % is written to the output: expected -fault_output"},
-  {F(SURFACE_STATIONS), EXCLUDES, F(FULL_SPACE), 0,
+  {F(SURFACE_STATIONS), EXCLUDES, F(FULL_SPACE) | F(MIRROR), 0,
    "-fault_surface_stations needs a free surface: expected -fault_kernel half_space"},
   {F(DEVICE), EXCLUDES, F(WAVES), 0, "-fault_device % knows no waves: expected -fault_medium static, not %"},
   {F(DEVICE), EXCLUDES, F(HISTORY) | F(TIDE) | F(NUCLEATION), 0,

@@ -67,11 +67,12 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 
-/* Refuses rl with waves: the policy for cycles without waves moved events by years, both ways. */
+/* Refuses with waves rl, whose policy for cycles without waves moved events by years, both ways, and for cycles pi,
+   whose steps grow by 1.2 at once, less than from one allowed length to the next: they would never grow. */
 PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
 {
   PetscReal shortest;
-  PetscBool learned;
+  PetscBool learned, pi;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -81,6 +82,10 @@ PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
   PetscCheck(!learned || !(shortest > 0), fault->comm, PETSC_ERR_SUP,
              "-ts_adapt_type rl has no policy for faults with waves: expected lapusta, basic, dsp, pi, heuristic or "
              "none");
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTPI, &pi));
+  PetscCheck(!pi || !(shortest > 0) || !fault->friction.law->always_slides, fault->comm, PETSC_ERR_SUP,
+             "-ts_adapt_type pi lengthens steps too little for cycles with waves: expected dsp, basic, heuristic, "
+             "lapusta or none");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -320,7 +320,7 @@ static void TryClusters(Search *s, PetscInt a, PetscInt b)
    SlipKernelCheck(). */
 static PetscErrorCode Check(const SlipCells *c, const char source[])
 {
-  static const SlipKernelType *const ofRectangles[] = {&SlipKernelStrikeSlip, &SlipKernelDipping,
+  static const SlipKernelType *const ofRectangles[] = {&SlipKernelStrikeSlip, &SlipKernelMirror, &SlipKernelDipping,
                                                        &SlipKernelDippingVector, &SlipKernelDippingOpening};
   static const SlipKernelType *const ofTriangles[] = {&SlipKernelTriangle, &SlipKernelTriangleVector,
                                                       &SlipKernelTriangleOpening};

@@ -28,7 +28,7 @@ static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal powe
 PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w, SlipEventStep *step)
 {
   SlipAttempt attempt;
-  PetscBool rests, rk;
+  PetscBool lapusta, rests, rk;
   PetscInt order;
 
   PetscFunctionBegin;
@@ -59,7 +59,8 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
     PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, &order, NULL, NULL));
     step->dense = order >= 3 ? PETSC_TRUE : PETSC_FALSE;
   }
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &step->straight));
+  PetscCall(SlipLapustaIsStraight(ts, &lapusta, &step->straight));
+  if (lapusta && !step->straight) step->dense = PETSC_TRUE;
   PetscCall(SlipElasticRests(cat->fault->medium, &rests));
   step->sticks = rests && !step->straight && !cat->fault->friction.law->nstates ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
