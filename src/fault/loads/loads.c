@@ -321,7 +321,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   for (PetscInt k = 0; k < loads->nterms; k++) {
     if (loads->terms[k].normal) loads->pressed = PETSC_TRUE;
     if (loads->terms[k].shear) loads->shears = loads->grows = PETSC_TRUE;
-    /* one event may follow another, as at a rate; with inertia policies, which know no such load, would take one event */
+    /* one event may follow another, as at a rate; policies, which are for one event with inertia, know no such load */
     if (loads->terms[k].shear && !(loads->terms[k].course->once && !kind->inertia)) any[1] = 1;
   }
   /* the kind of problem that the loads and the healing make */
