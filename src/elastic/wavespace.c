@@ -3,8 +3,8 @@
   For a line that reaches the free surface the field includes its mirror image: its spectrum is a real cosine transform.
   Each rank has a part of the wavenumbers, and only the transforms need messages.
 
-  On a plane the wavenumbers kz and -kz down dip are parts of one: they have the same k, so that what depends on k alone,
-  such as the tables of exponentials, which are the largest arrays, is computed and stored once.
+  On a plane the wavenumbers kz and -kz down dip are parts of one: they have the same k, so that what depends on k, such
+  as the tables of exponentials, which are the largest arrays, is computed and stored once.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipelasticity.h>
