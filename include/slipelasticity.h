@@ -89,7 +89,8 @@ struct _SlipKernelType {
   /* Stress drop along strike, up dip and across [n][3] at points [n][3] of the plane of the source (its own centre and
      those of equal cells), for unit slip along strike (component 0), up dip (1) or opening (2). As functions of the
      distance along strike, the pairs dip and dip, strike and strike, and slip up dip with the stress across are even;
-     all others are odd. Products by transforms on dipping planes need it; NULL: not supported. */
+     all others are odd. A kernel that is SLIP_EVEN_DEPTH depends on the distance in depth only, in which the same pairs
+     are even and odd. Products by transforms on dipping planes need plane(); NULL: not supported. */
   PetscErrorCode (*plane)(const SlipKernel *kernel, const SlipDippingRectangle *source, PetscInt component, PetscInt n,
                           const PetscReal points[], PetscReal traction[]);
   /* centre() of n pairs, if computing many at once is faster; NULL: it is not */

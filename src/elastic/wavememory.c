@@ -115,9 +115,11 @@ SLIP_VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], co
   SlipWorkAdd(SLIP_WORK_MEMORY, (PetscReal)(m->stride * poles * parts));
   for (PetscInt i = 0; i < m->stride; i += B) {
     const float *e = E + (size_t)2 * i * poles, *x = z + (size_t)2 * i * poles * parts;
-    float sum[2 * B] = {0};
+    float sum[4 * B] = {0};
 
-    if (parts == 2)
+    if (parts == 4)
+      NextBlock(4, poles, m->b, e, x, sum);
+    else if (parts == 2)
       NextBlock(2, poles, m->b, e, x, sum);
     else
       NextBlock(1, poles, m->b, e, x, sum);
@@ -135,11 +137,13 @@ SLIP_VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[],
   for (PetscInt i = 0; i < m->stride; i += B) {
     const float *e = E + (size_t)2 * i * poles;
     float *x = z + (size_t)2 * i * poles * parts;
-    float rate[2 * B], sum[2 * B] = {0}, then[2 * B] = {0};
+    float rate[4 * B], sum[4 * B] = {0}, then[4 * B] = {0};
 
     for (PetscInt p = 0; p < parts; p++)
       for (PetscInt l = 0; l < B; l++) rate[p * B + l] = (float)V[p * m->stride + i + l];
-    if (parts == 2)
+    if (parts == 4)
+      AdvanceBlock(4, poles, m->b, e, rate, x, sum, then);
+    else if (parts == 2)
       AdvanceBlock(2, poles, m->b, e, rate, x, sum, then);
     else
       AdvanceBlock(1, poles, m->b, e, rate, x, sum, then);

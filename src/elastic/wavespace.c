@@ -2,6 +2,9 @@
   Fourier transforms of fields on a plane or on a line. Padding with zeros separates the fault from its periodic images.
   For a line that reaches the free surface the field includes its mirror image: its spectrum is a real cosine transform.
   Each rank has a part of the wavenumbers, and only the transforms need messages.
+
+  On a plane the wavenumbers kz and -kz down dip are parts of one: they have the same k, so that what depends on k, such
+  as the tables of exponentials, which are the largest arrays, is computed and stored once.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipelasticity.h>
@@ -115,18 +118,20 @@ static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
   PetscInt waves, first, nz;
 
   PetscFunctionBegin;
-  s->parts = s->modes = 2;
+  s->parts = 4;
+  s->modes = 2;
   s->length[0] = SlipGoodLength((PetscInt)PetscCeilReal((a + gap) / s->grid.size[0]));
   s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal((b + gap) / s->grid.size[1]));
   PetscCall(SlipTransposedFFTCreate(s->comm, s->grid.nx, s->grid.nz, s->length[0], &s->pencil));
-  /* size and direction of this process' wavenumbers, [waves along strike][length down dip] */
+  /* size and direction of this process' wavenumbers, [waves along strike][length down dip / 2 + 1], kz and -kz */
   first = s->pencil->layout.column_start;
   nz = s->length[1];
-  s->n = s->pencil->layout.columns * nz;
+  s->half = nz / 2 + 1;
+  s->n = s->pencil->layout.columns * s->half;
   PetscCall(Allocate(s));
-  PetscCall(PetscMalloc2(s->n, &s->ex, s->n, &s->ez));
+  PetscCall(PetscMalloc2(s->n, &s->ex, 2 * s->n, &s->ez));
   for (PetscInt i = 0; i < s->n; i++) {
-    const PetscInt jx = first + i / nz, jz = i % nz <= nz / 2 ? i % nz : i % nz - nz;
+    const PetscInt jx = first + i / s->half, jz = i % s->half;
     const PetscReal x = 2 * (PetscReal)PETSC_PI * (PetscReal)jx / ((PetscReal)s->length[0] * s->grid.size[0]),
                     z = 2 * (PetscReal)PETSC_PI * (PetscReal)jz / ((PetscReal)nz * s->grid.size[1]), k = hypot(x, z);
 
@@ -135,17 +140,18 @@ static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
     if (s->mirror) s->share[i] /= 2; /* both halves have the same product */
     s->ex[i] = k > 0 ? x / k : 1;
     s->ez[i] = k > 0 ? z / k : 0;
+    s->ez[s->n + i] = -s->ez[i];
     if (2 * jx != s->length[0]) continue;
     /* Waves of two cells along strike have x = -x: their direction must have no sign, so that fields stay real. */
-    s->ex[i] = x >= PetscAbsReal(z) ? 1 : 0;
-    s->ez[i] = 1 - s->ex[i];
+    s->ex[i] = x >= z ? 1 : 0;
+    s->ez[i] = s->ez[s->n + i] = 1 - s->ex[i];
   }
   waves = s->pencil->layout.columns;
   for (int c = 0; c < 2; c++) {
     const int length = (int)s->length[1];
     fftw_complex *column;
 
-    PetscCall(SlipAllocate((size_t)2 * s->n, &s->column[c]));
+    PetscCall(SlipAllocate((size_t)2 * waves * length, &s->column[c]));
     PetscCall(SlipAllocate((size_t)s->pencil->layout.rows * s->grid.nx, &s->real[c]));
     column = (fftw_complex *)s->column[c];
     for (int back = 0; back < 2 && waves; back++)
@@ -186,6 +192,15 @@ static PetscErrorCode SetUpSlip(SlipWaveSpace s, const PetscReal rake[], Vec lik
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the place in column[] of side 0 or 1, kz or -kz, of wavenumber i; -1: both sides are one, which is side 0. */
+static PetscInt PlaceOf(SlipWaveSpace s, PetscInt i, int side)
+{
+  const PetscInt j = i % s->half, start = i / s->half * s->length[1];
+
+  if (!side) return 2 * (start + j);
+  return j && j < s->half - 1 ? 2 * (start + s->length[1] - j) : -1;
+}
+
 static PetscErrorCode ForwardPlane(SlipWaveSpace s, const PetscReal u[], PetscReal spectrum[])
 {
   const PetscInt rows = s->pencil->layout.rows * s->grid.nx, stride = s->stride;
@@ -210,10 +225,16 @@ static PetscErrorCode ForwardPlane(SlipWaveSpace s, const PetscReal u[], PetscRe
     if (waves) fftw_execute(s->plan[c][0]);
     PetscCall(Count(s));
   }
-  for (PetscInt i = 0; i < s->n; i++)
-    for (PetscInt p = 0; p < 2; p++) {
-      spectrum[p * stride + i] = s->ex[i] * x[2 * i + p] + s->ez[i] * z[2 * i + p];
-      spectrum[(2 + p) * stride + i] = s->ex[i] * z[2 * i + p] - s->ez[i] * x[2 * i + p];
+  for (int side = 0; side < 2; side++)
+    for (PetscInt i = 0; i < s->n; i++) {
+      const PetscReal ex = s->ex[i], ez = s->ez[side * s->n + i];
+      const PetscInt at = PlaceOf(s, i, side);
+      PetscReal *along = spectrum + 2 * side * stride + i, *across = along + 4 * stride;
+
+      for (PetscInt p = 0; p < 2; p++) {
+        along[p * stride] = at < 0 ? 0 : ex * x[at + p] + ez * z[at + p];
+        across[p * stride] = at < 0 ? 0 : ex * z[at + p] - ez * x[at + p];
+      }
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -226,12 +247,16 @@ static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
   const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < s->n; i++)
-    for (PetscInt p = 0; p < 2; p++) {
-      const PetscReal along = spectrum[p * stride + i], across = spectrum[(2 + p) * stride + i];
+  for (int side = 0; side < 2; side++)
+    for (PetscInt i = 0; i < s->n; i++) {
+      const PetscReal ex = s->ex[i], ez = s->ez[side * s->n + i];
+      const PetscInt at = PlaceOf(s, i, side);
+      const PetscReal *along = spectrum + 2 * side * stride + i, *across = along + 4 * stride;
 
-      x[2 * i + p] = s->ex[i] * along - s->ez[i] * across;
-      z[2 * i + p] = s->ez[i] * along + s->ex[i] * across;
+      for (PetscInt p = 0; p < 2 && at >= 0; p++) {
+        x[at + p] = ex * along[p * stride] - ez * across[p * stride];
+        z[at + p] = ez * along[p * stride] + ex * across[p * stride];
+      }
     }
   for (int c = 0; c < 2; c++) {
     if (waves) fftw_execute(s->plan[c][1]);

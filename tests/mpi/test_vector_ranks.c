@@ -121,6 +121,19 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
   return PETSC_SUCCESS;
 }
 
+/* In a full space K alone has transforms in depth. */
+static PetscErrorCode OfFullSpace(const SlipKernel *kernel)
+{
+  SlipDippingGrid grid = {.grid = {9, 7, 900, 560, 0, *kernel}, .dip = 90};
+  Mat S[2];
+
+  grid.grid.kernel.full_space = PETSC_TRUE;
+  PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &S[0], NULL));
+  PetscCall(MatCreateSlipDippingVectorStiffness(PETSC_COMM_WORLD, &grid, "fft", &S[1], NULL));
+  PetscCall(Compare(S[0], S[1], NULL, 9 * 7, "fft in a full space"));
+  return DestroyObjects(&S[0], &S[1]);
+}
+
 static PetscErrorCode Run(void)
 {
   static PetscReal data[8 * N], more[TRIANGLE_COLUMNS * T];
@@ -136,6 +149,7 @@ static PetscErrorCode Run(void)
     }
   PetscCall(OfGrid(&rectangles.kernel, "dense"));
   PetscCall(OfGrid(&rectangles.kernel, "hmat"));
+  PetscCall(OfFullSpace(&rectangles.kernel));
   return OfGrid(&rectangles.kernel, "fft");
 }
 

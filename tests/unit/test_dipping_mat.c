@@ -165,8 +165,10 @@ static void stress_is_even_or_odd_along_strike(void **state)
 
 static void CompareTypes(PetscInt nx, PetscInt nz, const PetscReal rake[])
 {
-  const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, 50, Rock}, .dip = 40, .rake = rake};
+  SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, 50, Rock}, .dip = 40, .rake = rake};
 
+  AssertTransforms(&grid);
+  grid.grid.kernel.full_space = PETSC_TRUE; /* where K alone has transforms in depth */
   AssertTransforms(&grid);
 }
 

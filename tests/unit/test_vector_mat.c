@@ -124,18 +124,21 @@ static void blocks_to_their_own_tolerance(void **state)
   }
 }
 
-/* Sizes with a middle and without, one column and one row; vertical planes too */
+/* Sizes with a middle and without, one column and one row; vertical planes too; below the ground, and in a full space,
+   where K alone has transforms in depth; with opening */
 static void transforms(void **state)
 {
   const PetscInt sizes[][2] = {{9, 8}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
   SlipCells vectors[2], scalars[2];
 
   Meshes(vectors, scalars);
-  for (size_t s = 0; s < 2 * PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
-    const PetscInt nx = sizes[s / 2][0], nz = sizes[s / 2][1];
-    const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, s % 3 ? 50 : 0, vectors[0].kernel},
-                                  .dip = s % 2 ? 90 : 40};
+  for (size_t s = 0; s < 8 * PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
+    const PetscInt nx = sizes[s / 8][0], nz = sizes[s / 8][1];
+    SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, s % 3 ? 50 : 0, vectors[0].kernel},
+                            .dip = s % 2 ? 90 : 40};
 
+    grid.grid.kernel.full_space = (PetscBool)(s / 2 % 2);
+    if (s / 4 % 2) grid.grid.kernel.type = &SlipKernelDippingOpening;
     AssertTransforms(&grid);
   }
 }

@@ -232,6 +232,10 @@ PETSC_INTERN PetscErrorCode SlipDippingOwn(const SlipDippingGrid *grid, PetscInt
 PETSC_INTERN PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *grid, PetscInt period,
                                               PetscInt nk_local, PetscInt n, const PetscInt component[],
                                               PetscReal **stiffness, PetscReal **normal);
+PETSC_INTERN PetscBool SlipDippingSteady(const SlipDippingGrid *grid); /* in depth */
+PETSC_INTERN PetscErrorCode SlipDippingSymbol(MPI_Comm comm, const SlipDippingGrid *grid, PetscInt period,
+                                              PetscInt nk_local, PetscInt n, const PetscInt component[], PetscInt Q,
+                                              PetscReal **symbol);
 
 /* ---- dipping_fft.c; Kn may be NULL ---- */
 PETSC_INTERN PetscBool SlipDippingTransforms(const SlipKernel *kernel); /* whether it is supported */

@@ -16,12 +16,13 @@ struct _n_SlipWaveSpace {
   PetscBool line;   /* antiplane, infinite along strike: one cell there */
   PetscBool mirror; /* it reaches the free surface, for which its image stands; spectra of a line are real then */
   PetscInt modes;   /* II and III of planes, III of lines */
-  PetscInt parts;   /* 1 where spectra are real, else 2 */
+  PetscInt parts;   /* 1 where spectra are real, 2 of other lines, 4 of planes: complex, of kz and of -kz down dip */
   PetscInt n, stride;
+  PetscInt half;        /* wavenumbers down dip of a plane, of one sign */
   PetscInt length[2];   /* period in cells along strike and down dip; of a mirrored line including the mirror */
   PetscReal *k;         /* [stride] wavenumber, 0 beyond n [1/m] */
   PetscReal *share;     /* [stride] weight of products of two spectra in that of their fields, summed over all cells */
-  PetscReal *ex, *ez;   /* [n] its direction, on planes */
+  PetscReal *ex, *ez;   /* [n], [2][n] its direction, on planes */
   PetscReal *ux, *uz;   /* [rows of cells of this process] of slip with one component on a plane */
   PetscReal *real[2];   /* fields along strike and down dip, of the same */
   PetscReal *column[2]; /* [waves along strike][length[1]] complex */

@@ -9,6 +9,9 @@
      (y_s, i y_t) = X (f_s, i f_t),   X = (T_ss, -T_st; T_ts, T_tt),   y_n = -i (T_ns, T_nt) (f_s, i f_t)
 
   with transforms by cosines and sines. The symmetric part of the stiffness has the symmetric part of X.
+
+  In a full space stress depends on the distance in depth only, in which the same pairs are even or odd. Transforms in
+  depth then make X a real number for an even pair and an imaginary one for an odd pair, at each pair of wavenumbers.
 */
 #include <slipstep/rooms/slipmat.h>
 #include <slipstep/private/slipsys.h>
@@ -73,14 +76,13 @@ PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills the tables of slip on the first cell of row jz: row[period / 2 + 1][table][nz], zero beyond the grid. points
-   and traction [nz][3] are work. */
-static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tables *t, PetscInt jz, PetscReal points[],
-                              PetscReal traction[], PetscReal row[])
+/* Fills the tables of slip on the first cell of row jz: row[period / 2 + 1][table][nz], zero beyond the grid, for the
+   first nz rows of receivers. points and traction [nz][3] are work. */
+static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tables *t, PetscInt jz, PetscInt nz,
+                              PetscReal points[], PetscReal traction[], PetscReal row[])
 {
   const SlipKernel *kernel = &g->grid.kernel;
   const SlipDippingRectangle source = CellOf(g, jz);
-  const PetscInt nz = g->grid.nz;
 
   PetscFunctionBegin;
   for (PetscInt d = 0; d < g->grid.nx; d++) {
@@ -108,13 +110,13 @@ static void TransformRow(PetscInt nk, PetscInt nz, const Tables *t, const fftw_p
   }
 }
 
-/* Computes all tables of slip along one component, [local wavenumbers][source row][table][receiver row], which
-   fftw_free() frees. Each rank computes some rows of sources. */
+/* Computes all tables of slip along one component, [local wavenumbers][source row][table][nz], of the first nz rows of
+   receivers, which fftw_free() frees. Each rank computes some rows of sources. */
 static PetscErrorCode TablesByWave(MPI_Comm comm, const SlipDippingGrid *g, PetscInt slip, const Tables *t, PetscInt nk,
-                                   PetscReal **waves)
+                                   PetscInt nz, PetscReal **waves)
 {
-  const PetscInt nz = g->grid.nz, apart = t->count * nz;
-  const SlipLayout l = SlipLayoutOf(comm, nz, nk, apart);
+  const PetscInt apart = t->count * nz;
+  const SlipLayout l = SlipLayoutOf(comm, g->grid.nz, nk, apart);
   const int length[2] = {(int)nk, (int)nk - 2};
   const fftw_r2r_kind kind[2] = {FFTW_REDFT00, FFTW_RODFT00};
   PetscReal *rows, *points, *traction;
@@ -134,14 +136,14 @@ static PetscErrorCode TablesByWave(MPI_Comm comm, const SlipDippingGrid *g, Pets
   for (PetscInt j = 0; j < l.rows; j++) {
     PetscReal *row = rows + (size_t)j * nk * apart;
 
-    PetscCall(FillRow(g, slip, t, l.row_start + j, points, traction, row));
+    PetscCall(FillRow(g, slip, t, l.row_start + j, nz, points, traction, row));
     TransformRow(nk, nz, t, plan, row);
   }
   for (int odd = 0; odd < 2; odd++)
     if (plan[odd]) fftw_destroy_plan(plan[odd]);
   PetscCall(PetscFree2(points, traction));
   PetscCall(SlipAllocate(l.size, waves));
-  PetscCall(SlipTranspose(comm, nz, nk, apart, rows, *waves));
+  PetscCall(SlipTranspose(comm, g->grid.nz, nk, apart, rows, *waves));
   fftw_free(rows);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -178,7 +180,7 @@ PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *g, PetscI
   for (PetscInt d = 0; d < n; d++) {
     const Tables t = TablesOf(n, component, normal ? PETSC_TRUE : PETSC_FALSE, component[d]);
 
-    PetscCall(TablesByWave(comm, g, component[d], &t, period / 2 + 1, &waves[d]));
+    PetscCall(TablesByWave(comm, g, component[d], &t, period / 2 + 1, nz, &waves[d]));
   }
   PetscCall(SlipAllocateLines((size_t)nk_local * half, stiffness));
   if (normal) PetscCall(SlipAllocateLines((size_t)nk_local * nz * m, normal));
@@ -193,6 +195,59 @@ PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *g, PetscI
       PetscCall(PetscArraycpy(*normal + ((size_t)k * m + j) * nz, own[j / nz] + ((j % nz) * tables + n) * nz, nz));
   }
   PetscCall(PetscFree(X));
+  for (PetscInt d = 0; d < n; d++) fftw_free(waves[d]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether stress depends on the distance in depth only. */
+PetscBool SlipDippingSteady(const SlipDippingGrid *g)
+{
+  return SlipKernelIs(&g->grid.kernel, SLIP_EVEN_DEPTH);
+}
+
+/* Computes the transforms of the blocks in depth, of an even length Q, over Q: [local wavenumbers][pairs (c, d) of
+   components, c <= d][Q / 2 + 1], of even pairs the real and of odd ones the imaginary part. free() frees them.
+   Collective. */
+PetscErrorCode SlipDippingSymbol(MPI_Comm comm, const SlipDippingGrid *g, PetscInt period, PetscInt nk_local,
+                                 PetscInt n, const PetscInt component[], PetscInt Q, PetscReal **symbol)
+{
+  const PetscInt nz = g->grid.nz, half = Q / 2 + 1;
+  const fftw_r2r_kind kind[2] = {FFTW_REDFT00, FFTW_RODFT00};
+  PetscReal *waves[3] = {NULL, NULL, NULL}, *at;
+  fftw_plan plan[2] = {NULL, NULL};
+  Tables t[3];
+
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < n; d++) {
+    t[d] = TablesOf(n, component, PETSC_FALSE, component[d]);
+    PetscCall(TablesByWave(comm, g, component[d], &t[d], period / 2 + 1, 1, &waves[d]));
+  }
+  PetscCall(SlipAllocateLines((size_t)nk_local * n * (n + 1) / 2 * half, symbol));
+  PetscCall(PetscArrayzero(*symbol, (size_t)nk_local * n * (n + 1) / 2 * half));
+  for (int odd = 0; odd < 2; odd++) {
+    const PetscInt length = half - 2 * odd; /* odd functions are 0 at both ends */
+
+    if (length < 1 || !nk_local) continue;
+    plan[odd] = fftw_plan_r2r_1d((int)length, *symbol, *symbol, kind[odd], FFTW_ESTIMATE | FFTW_UNALIGNED);
+    PetscCheck(plan[odd], PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a transform of length %" PetscInt_FMT,
+               length);
+  }
+  at = *symbol;
+  for (PetscInt k = 0; k < nk_local; k++)
+    for (PetscInt c = 0; c < n; c++)
+      for (PetscInt d = c; d < n; d++, at += half) {
+        const PetscBool odd = t[d].odd[c];
+
+        /* the symmetric part of the block, for a receiver j rows above the source */
+        for (PetscInt j = odd ? 1 : 0; j < nz; j++) {
+          const PetscReal upper = waves[d][(k * nz + j) * n + c], lower = waves[c][(k * nz + j) * n + d];
+
+          at[j] = (odd ? 0.5 * (-upper - lower) : 0.5 * (upper + lower)) / (PetscReal)Q;
+        }
+        if (plan[odd]) fftw_execute_r2r(plan[odd], at + odd, at + odd);
+      }
+  for (int odd = 0; odd < 2; odd++)
+    if (plan[odd]) fftw_destroy_plan(plan[odd]);
   for (PetscInt d = 0; d < n; d++) fftw_free(waves[d]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
