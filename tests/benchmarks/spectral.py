@@ -31,7 +31,7 @@ import tpv101
 CP, CS, RHO = 6000.0, 3464.0, 2670.0  # [m/s], [kg/m^3]
 G, ETA, RATIO = RHO * CS**2, RHO * CS / 2, CS / CP
 NORMAL, SHEAR, V0, F0, B, DC, START = 120e6, 75e6, 1e-6, 0.6, 0.012, 0.02, 1e-12  # TPV101, shared/references/loads.md
-PERIOD = 36e3, 24e3  # [m]: waves of images reach (6, 0) km after 3.6 s, those that weaken it much later
+PERIOD = 36e3, 24e3  # [m]: 48 x 42 km change no time by more than 0.1 ms
 PLACES = (0, 0), (3, 0), (6, 0), (0, 3), (0, 6)  # [km]
 FINE = 2e-3  # spacing of the tables of kernels: waves have the period 2 pi and, of P waves, 3.6
 
