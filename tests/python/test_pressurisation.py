@@ -154,7 +154,7 @@ class Pressurisation(FaultTest):
             common = ("-fault_nx", 6, "-fault_nz", 4, "-fault_length_x", 1200, "-fault_length_z", 800,
                       "-fault_normal_stress", 5e7, "-fault_normal_stress_gradient", 100, "-fault_output_fields",
                       ",".join(FIELDS), "-fault_output_overwrite", "yes", "-fault_output_interval", 1,
-                      *case)
+                      "-fault_stations", "500,500", *case)
             with self.subTest(case=case):
                 self.fault(*common, "-fault_output", "whole.h5")
                 self.fault(*common, "-fault_output", "ranks.h5", ranks=2)
@@ -164,6 +164,12 @@ class Pressurisation(FaultTest):
                 whole, part, ranks = (self.last(name) for name in ("whole.h5", "part.h5", "ranks.h5"))
                 self.assertGreater(len(whole["time"]), 20)
                 self.assertGreater(whole["temperature"].max(), 1)
+                heat, whole_run, ranks_run, part_run = (self.get(name, key) for name, key in (
+                    ("whole.h5", "fields/temperature"), ("whole.h5", "stations/0/temperature"),
+                    ("ranks.h5", "stations/0/temperature"), ("part.h5", "stations/0/temperature")))
+                np.testing.assert_array_equal(heat[:, 2, 2], whole_run)
+                np.testing.assert_array_equal(part_run, whole_run)
+                np.testing.assert_allclose(ranks_run, whole_run, rtol=1e-9, atol=1e-9)
                 for field in ("time", *FIELDS):
                     np.testing.assert_array_equal(whole[field], part[field], field)
                     np.testing.assert_allclose(ranks[field], whole[field], rtol=1e-9, atol=1e-9, err_msg=field)
