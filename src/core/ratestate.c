@@ -343,7 +343,7 @@ static void StatesOf(const SlipFrictionCells *f, PetscInt start, PetscInt n, Pet
     state[i] -= SlipRateAndStateShift(f->alpha[start + i], f->b[start + i], f->stress[start + i], f->start[start + i]);
 }
 
-/* The balance of a cell for which the closed form does not hold. An event that takes nearly all shear stress leaves many
+/* The balance of a cell for which the closed form does not hold. Events that take nearly all shear stress leave many
    such cells, locked under tau of a few a sigma: there damping is below the rounding of tau, and friction alone
    balances it. */
 static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal eta, PetscReal tau, PetscReal s)
