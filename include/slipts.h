@@ -177,8 +177,8 @@ typedef struct {
   PetscErrorCode (*reaction)(TS ts, PetscReal t, Vec w, Vec r, void *ctx);
 } SlipSideOps;
 
-/* The history of a problem that has one. TSBATHE, TSADAMS and TSRKC call the first three, or the problem has none of
-   them. */
+/* The history of a problem that has one. TSBATHE, TSADAMS, TSRKC and TSLAPUSTA call the first three, or the problem has
+   none of them. */
 typedef struct {
   /* A step begins from the accepted state w at t [s]; first: a run begins, without a history. It is called when the
      next step begins, so that states inside the last step still follow from the history before it. */

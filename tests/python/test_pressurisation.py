@@ -140,6 +140,26 @@ class Pressurisation(FaultTest):
         self.assertLess(pressure.min(), -0.3 * epsilon / beta)
         self.assertLess(np.abs(pressure - p).max(), 1e-3 * np.abs(p).max())
 
+    def test_slip_step(self):
+        """Steps that bound slip follow the normal stress that friction has, here down to less than half of its start:
+        where a = b and cells are stiff they are a sigma/(K_ii v) of the cell where that is least. Allowed steps are up
+        to 1.5 apart, and rates change within a step; under the load alone the ratio would grow by more than 2."""
+        self.fault("-fault_nx", 6, "-fault_nz", 6, "-fault_length_x", 600, "-fault_length_z", 600, "-fault_kernel",
+                   "full_space", "-fault_medium", "waves", "-ts_adapt_type", "lapusta", "-fault_friction_law",
+                   "rate_and_state", "-fault_friction_a", 0.01, "-fault_friction_b", 0.01, "-fault_friction_slip", 0.05,
+                   "-fault_normal_stress", SIGMA, "-fault_normal_stress_gradient", 0, "-fault_creep", 1,
+                   "-fault_loading_rate", 1e-4, *PRESSED, 1e-9, "-fault_hydraulic_diffusivity", 1e-9,
+                   "-fault_shear_zone_width", 1e-3, "-ts_max_time", 6000, "-fault_output", "o.h5",
+                   "-fault_output_overwrite", "yes", "-fault_output_interval", 1, "-fault_output_fields",
+                   "slip_rate,normal_stress")
+        time, rate, sigma = (self.get("o.h5", f"fields/{name}") for name in ("time", "slip_rate", "normal_stress"))
+        least = (sigma / np.abs(rate)).min(axis=(1, 2))
+        self.assertLess(least[-1] / least[0], 0.4)
+        h = np.diff(time)
+        longest = (h[1:] / least[1:-1])[10:-2]
+        self.assertGreater(len(longest), 20)
+        self.assertLess(longest.max() / longest.min(), 1.6)
+
     def test_checkpoint_and_ranks(self):
         """The same to the bit after a restart, and to rounding on two ranks: 1e-9, of rates that grow by decades."""
         rupture = ("-fault_initial", "traction", "-fault_initial_traction", 3.2e7, "-fault_initial_unstable", "yes",
@@ -154,7 +174,7 @@ class Pressurisation(FaultTest):
             common = ("-fault_nx", 6, "-fault_nz", 4, "-fault_length_x", 1200, "-fault_length_z", 800,
                       "-fault_normal_stress", 5e7, "-fault_normal_stress_gradient", 100, "-fault_output_fields",
                       ",".join(FIELDS), "-fault_output_overwrite", "yes", "-fault_output_interval", 1,
-                      *case)
+                      "-fault_stations", "500,500", *case)
             with self.subTest(case=case):
                 self.fault(*common, "-fault_output", "whole.h5")
                 self.fault(*common, "-fault_output", "ranks.h5", ranks=2)
@@ -164,6 +184,12 @@ class Pressurisation(FaultTest):
                 whole, part, ranks = (self.last(name) for name in ("whole.h5", "part.h5", "ranks.h5"))
                 self.assertGreater(len(whole["time"]), 20)
                 self.assertGreater(whole["temperature"].max(), 1)
+                heat, whole_run, ranks_run, part_run = (self.get(name, key) for name, key in (
+                    ("whole.h5", "fields/temperature"), ("whole.h5", "stations/0/temperature"),
+                    ("ranks.h5", "stations/0/temperature"), ("part.h5", "stations/0/temperature")))
+                np.testing.assert_array_equal(heat[:, 2, 2], whole_run)
+                np.testing.assert_array_equal(part_run, whole_run)
+                np.testing.assert_allclose(ranks_run, whole_run, rtol=1e-9, atol=1e-9)
                 for field in ("time", *FIELDS):
                     np.testing.assert_array_equal(whole[field], part[field], field)
                     np.testing.assert_allclose(ranks[field], whole[field], rtol=1e-9, atol=1e-9, err_msg=field)

@@ -261,6 +261,39 @@ static void registered(void **state)
   }
 }
 
+static int evaluations;
+
+static void Counted(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal ds[],
+                    PetscReal *dv)
+{
+  evaluations++;
+  SlipRateAndState(p, s, v, mu, ds, dv);
+}
+
+/* Cells that have lost nearly all normal stress slide at nearly tau/eta, the upper end of the bracket. Newton's method
+   from there takes few evaluations, where bisection towards it would take more than 50; the rates balance to
+   rounding, which has the terms of the logarithm in mu and of ln v. */
+static void unclamped(void **state)
+{
+  const SlipFriction p = Parameters(0.01);
+  SlipFrictionLaw law = *Law();
+
+  law.eval = Counted;
+  for (PetscReal sigma = 1e8; sigma > 1e-14; sigma = sigma > 1e-12 ? sigma / 10 : 0)
+    for (PetscReal s = -15; s < 20; s += 5) {
+      const PetscReal tau = 2e7;
+      PetscReal v;
+
+      evaluations = 0;
+      v = SlipFrictionBalanceOne(&law, &p, &s, sigma, ETA, tau);
+      assert_true(v > 0 && v <= tau / ETA * (1 + 40 * EPS));
+      assert_true(evaluations <= 30);
+      assert_true(fabs((PetscReal)(sigma * Formula(&p, s, v) + (long double)ETA * v - tau)) <=
+                  200 * EPS * (tau + sigma * p.a));
+    }
+  assert_true(SlipFrictionBalanceOne(&law, &p, &(PetscReal){7}, 0, ETA, -2e7) == -2e7 / ETA);
+}
+
 /* ---- several states ---- */
 
 enum { D2 = 3 }; /* d_2/d_c */
@@ -539,5 +572,5 @@ static void drift(void **state)
 
 /* ---- the composite law ---- */
 
-SLIP_TESTS(friction, balance, many, extremes, advance, state_of, follows_normal_stress, registered, advance_two, drift,
-           advance_turning, unstable_two, unstable_three)
+SLIP_TESTS(friction, balance, many, extremes, advance, state_of, follows_normal_stress, registered, unclamped,
+           advance_two, drift, advance_turning, unstable_two, unstable_three)

@@ -156,6 +156,7 @@ PetscReal SlipLoadsLongest(const SlipFaultLoads *loads, const PetscReal a[], con
       const PetscReal stress = (term->shear ? SlipFaultLength(loads->fault, term->shear + c * i) : 0) +
                                (term->normal ? PetscAbsReal(term->normal[i]) : 0);
 
+      if (!(sigma[i] > 0)) continue; /* the rate of a cell without friction is proportional to stress */
       folds = PetscMax(folds, stress / (a[i] * sigma[i]));
     }
     while (folds * PetscAbsReal(term->course->value(term, t + h) - term->course->value(term, t)) > most) h /= 2;

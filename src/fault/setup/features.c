@@ -126,6 +126,8 @@ const SlipFaultRule SlipFaultRules[] = {
    "no"},
   {F(WAVES), EXCLUDES, F(MEAN_SLIP), 0,
    "-fault_medium waves computes with the stiffness of the rock: expected -fault_stiffness_scaling none"},
+  {F(WAVES), EXCLUDES, F(CELL) | F(WHOLE), 0,
+   "-fault_medium waves averages no stress, so that -fault_stiffness_average % has no effect: expected centre"},
   {F(WAVE_PLANE), NEEDS, F(FULL_SPACE) | F(MIRROR), 0,
    "-fault_medium waves of a plane knows no ground, which reflects waves: expected -fault_kernel full_space, mirror, "
    "which approximates it, or an antiplane line (-fault_nx 1)"},

@@ -28,7 +28,12 @@ PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *c
   PetscFunctionBegin;
   PetscCall(TSGetTime(ts, &t));
   PetscCall(VecCopy(w0, w1));
-  PetscCall(SlipFaultGetFriction(fault, t + 0.5 * h, &friction));
+  if (fault->kind.coupled && fault->friction.follows) { /* states follow the normal stress in the middle of the step */
+    PetscCall(VecAXPY(w1, 0.5 * h, F));
+    PetscCall(SlipFaultGetFrictionOf(fault, t + 0.5 * h, w1, &friction));
+    PetscCall(VecCopy(w0, w1));
+  } else
+    PetscCall(SlipFaultGetFriction(fault, t + 0.5 * h, &friction));
   PetscCall(SlipFaultGetWork(fault, &rate));
   PetscCall(PetscMalloc1(fault->layout.states * fault->mesh.n + 1, &work));
   const SlipArrays arrays[] = {{F, .read = &f}, {fault->operators.vinf, .read = &vinf}};
@@ -108,9 +113,9 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
   Vec stiffness;
 
   PetscFunctionBegin;
-  (void)ts, (void)w;
+  (void)ts;
   PetscCall(SlipElasticGetDiagonals(fault->medium, &stiffness, NULL));
-  PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(VecGetArrayRead(stiffness, &k));
   PetscCall(VecGetArrayRead(fault->balance.rate, &v));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {

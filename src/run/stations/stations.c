@@ -14,8 +14,10 @@ static const SlipOutputColumn Columns[] = {
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
   {"opening", "m", PETSC_FALSE},
 };
-/* There is a normal stress only where slip changes it, and an opening only where cells open. Slip, its rate and
-   traction have a number for each component of slip. The law's states replace "state". */
+/* There is a normal stress only where slip changes it, and an opening only where cells open; where slip heats closed
+   cells their temperature takes its place. Slip, its rate and traction have a number for each component of slip. The
+   law's states replace "state". */
+static const SlipOutputColumn TemperatureColumn = {"temperature", "K", PETSC_FALSE};
 enum {
   STATION_SLIP = 1,
   STATION_RATE,
@@ -45,6 +47,7 @@ typedef struct {
   SlipFaultLook look; /* their numbers; m 0: before the first step */
   PetscInt *cell;     /* their places on this process, in look */
   PetscReal *stress;  /* [cells] room for normal stresses from the device */
+  PetscReal *heat;    /* [cells] room for the rise of temperature [K], NULL: there is none */
   SlipOutput output;  /* output with their tables, from this one on; NULL: there are no stations */
   PetscInt table;
   SlipFault fault;
@@ -171,9 +174,10 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
-  list->columns = SlipFaultOpens(fault)           ? STATION_COLUMNS
-                  : SlipFaultNormalFollows(fault) ? STATION_OPENING
-                                                  : STATION_NORMAL;
+  if (fault->zone.sums.n) PetscCall(PetscMalloc1(fault->mesh.n + 1, &list->heat));
+  list->columns = SlipFaultOpens(fault) || list->heat ? STATION_COLUMNS
+                  : SlipFaultNormalFollows(fault)     ? STATION_OPENING
+                                                      : STATION_NORMAL;
   list->columns += fault->layout.states - 1;
   list->numbers = list->columns + 3 * (fault->layout.plane - 1);
   PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
@@ -189,6 +193,7 @@ static PetscErrorCode StationsDestroy(void **ctx)
   PetscFunctionBegin;
   PetscCall(PetscFree2(list->station, list->row));
   PetscCall(PetscFree(list->stress));
+  PetscCall(PetscFree(list->heat));
   PetscCall(SlipFaultLookDestroy(list->fault, &list->look));
   PetscCall(PetscFree(list->cell));
   PetscCall(PetscFree(*ctx));
@@ -254,6 +259,7 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
                                                     SlipFrictionStateUnit(fault->friction.law, k), PETSC_FALSE};
   PetscCall(
     PetscArraycpy(columns + STATION_STATE + states, Columns + STATION_NORMAL, STATION_COLUMNS - STATION_NORMAL));
+  if (list->heat) columns[STATION_OPENING + states - 1] = TemperatureColumn;
   if (h && output->resumed) ierr = CheckPlaces(fault, h, list);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   for (PetscInt k = 0; k < list->n; k++) {
@@ -309,6 +315,10 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscArrayzero(list->row, list->numbers * list->n));
+  if (list->heat) {
+    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+    PetscCall(SlipFaultZoneValues(fault, time, w, &friction, list->heat, NULL));
+  }
   PetscCall(Look(fault, time, w, list, &friction));
   for (PetscInt k = 0; k < list->n; k++) {
     const Station *s = &list->station[k];
@@ -327,6 +337,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     for (PetscInt j = 0; j < fault->layout.states; j++)
       *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
     if (SlipFaultNormalFollows(fault)) *row++ = friction.stress[i];
+    if (list->heat) *row = list->heat[i];
     if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
   }
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
