@@ -249,6 +249,21 @@ class Verdict(Runs):
             for name in ("slip", "history", "event_time"):
                 self.assertNotIn(f"{name}_error_estimate", run)
 
+    def test_unknown_with_pressure(self):
+        """No estimate was calibrated for faults that heat: an event, a rupture, a sequence, a cycle."""
+        heat = ["-fault_nx", "4", "-fault_nz", "3", "-fault_shear_zone_width", "1e-3", "-fault_thermal_pressurisation",
+                "1e4"]
+        quasi = ["-fault_inertia", "no", "-fault_viscosity", "radiation"]
+        loaded = [*quasi, "-fault_loading_rate", "1e-2", "-ts_max_time", "5"]
+        for options in (["-ts_max_time", "5"],
+                        [*quasi, "-fault_initial", "traction", "-fault_initial_traction", "35e6",
+                         "-fault_initial_unstable", "-ts_max_time", "5"],
+                        loaded,
+                        [*loaded, "-fault_friction_law", "rate_and_state", "-fault_friction_slip", "0.02"]):
+            run = self.run_fault(*heat, *options)
+            self.assertIn("not estimated (not calibrated with heat and pressure across the fault)", run["text"])
+            self.assertNotIn("likely", run["text"])
+
     def test_factors_of_a_file(self):
         """Factors that a calibration writes are those of a run: errors of 4, 3 and 4 times the measures in runs of up
         to 64 steps, and twice that in longer ones."""

@@ -21,6 +21,9 @@ typedef struct {
   PetscReal *left;                                                 /* [n] [K] */
 } SlipFaultZone;
 
+/* Why estimates of errors do not hold where it is on */
+#define SLIP_ZONE_UNCALIBRATED "not calibrated with heat and pressure across the fault"
+
 PETSC_INTERN PetscErrorCode SlipFaultZoneSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultZoneDestroy(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultZoneView(SlipFault fault, PetscViewer viewer);

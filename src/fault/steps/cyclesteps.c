@@ -93,6 +93,8 @@ PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, con
     *why = "not calibrated for such steps";
   else if (!pi)
     *why = "not calibrated for this controller";
+  else if (fault->zone.on)
+    *why = SLIP_ZONE_UNCALIBRATED;
   else if (!IsCycle(fault))
     *why = fault->loads.pore                ? "not calibrated under a pore pressure"
            : SlipLoadsChange(&fault->loads) ? "not calibrated under stresses in time"

@@ -266,7 +266,7 @@ PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error)
 
   PetscFunctionBegin;
   *error = 0;
-  if (!HasToleranceError(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!HasToleranceError(fault) || fault->zone.on) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));

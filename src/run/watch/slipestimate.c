@@ -176,7 +176,9 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (fault->loads.pore)
+  if (fault->zone.on)
+    *why = SLIP_ZONE_UNCALIBRATED;
+  else if (fault->loads.pore)
     *why = "not calibrated under a pore pressure";
   else if (SlipLoadsChange(&fault->loads))
     *why = "not calibrated under stresses in time";
