@@ -98,6 +98,28 @@ static void rate_and_state(void **state)
   }
 }
 
+/* Undrained slip without diffusion across a Gaussian of 1 mm: strength falls by 1 - exp(-slip f Lambda w(0)/(rho c)) */
+static void pressure(void **state)
+{
+  const PetscReal f = 0.6, w = 1e-3, lambda = 1e5, small = 1e-6, b = 0.02, dc = 0.05;
+  const PetscReal fall = -expm1(-small * f * lambda / (sqrt(2 * PETSC_PI) * w * 2.7e6)) / small; /* of sigma [1/m] */
+
+  for (int weakens = 0; weakens < 2; weakens++) {
+    SlipFault fault = Fault(weakens ? "linear_slip_weakening" : "rate_and_state", NX, NZ);
+
+    ok(FaultSetReals(fault, {"shear_zone_width", w}, {"thermal_pressurisation", lambda}, {"friction_slip", dc}));
+    if (weakens)
+      ok(FaultSetReals(fault, {"friction_residual", 0.5}, {"friction_drop", 0.1}));
+    else
+      ok(FaultSetReals(fault, {"friction_b", b}, {"loading_rate", 1e-9}));
+    ok(SlipFaultSetUp(fault));
+    assert_true(fabs(fault->resolution.length / (weakens ? 9 * PETSC_PI / 32 * G / ((0.1 / dc + f * fall) * sigma)
+                                                         : G / ((b / dc + f * fall) * sigma)) -
+                     1) < 1e-4);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
 /* TPV103's friction: from the reference rate to ten times V_w it rises by a ln(1e6) to its peak and has then 0.2, and
    1e-1 of what f_LV is above it, to 1e-9 */
 static void strong_weakening(void **state)
@@ -207,4 +229,5 @@ static void inertia_and_viscosity(void **state)
   }
 }
 
-SLIP_TESTS(slip_weakening, rate_and_state, strong_weakening, others, start_of_rate_and_state, inertia_and_viscosity)
+SLIP_TESTS(slip_weakening, rate_and_state, pressure, strong_weakening, others, start_of_rate_and_state,
+           inertia_and_viscosity)

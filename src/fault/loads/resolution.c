@@ -12,6 +12,9 @@
      rate weakening    no cohesive zone: strength falls at once. Motion runs away where damping is lost, d = dq/d|v| + H
                        < 0, and K < K_c = d^2/(4 M) (runaway.c); nucleation (2/pi) G/K_c
 
+   Pressure in a shear zone adds what slip too fast for diffusion has, f^2 sigma Lambda/(rho c sqrt(2 pi) w), to the W of
+   a cohesive zone (Rice 2006), and nothing to slow slip.
+
    A cell can fail alone where its own stiffness K_ii is below K_c. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
@@ -22,6 +25,16 @@
 #define CELLS_OF_ZONE 3
 #define CELLS_OF_NUCLEATION 1
 #define SLIP_ZONE (9 * PETSC_PI / 32)
+
+/* Finds by how much pressure makes strength fall with fast slip, over the normal stress [1/m], for friction f. */
+static PetscReal Pressurised(SlipFault fault, PetscInt i, PetscReal f)
+{
+  const PetscReal *value = fault->options.value, w = value[FAULT_SHEAR_ZONE_WIDTH];
+
+  return w > 0 ? f * f * fault->fields.cell[FIELD_THERMAL_PRESSURISATION][i] /
+                   (value[FAULT_HEAT_CAPACITY] * PetscSqrtReal(2 * PETSC_PI) * w)
+               : 0;
+}
 
 /* Finds the lengths [m] that a cell's friction sets, of its cohesive zone (0: none) and of nucleation, and K_c [Pa/m].
    Returns false where it does not weaken. damping: H of the cell [Pa s/m] */
@@ -36,6 +49,7 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
     if (rate == 0) rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
     SlipFrictionWeakening(friction, i, rate, &ds, critical);
     *critical *= sigma;
+    if (ds > 0) ds += Pressurised(fault, i, fault->fields.cell[FIELD_FRICTION_REFERENCE][i]);
     length[0] = ds > 0 ? (fault->friction.law->rupture ? SLIP_ZONE : 1) * G / (ds * sigma) : 0;
     length[1] = 2 / PETSC_PI * G / *critical;
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -50,7 +64,7 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
   *critical = -ds * sigma;
-  length[0] = SLIP_ZONE * G / *critical;
+  length[0] = SLIP_ZONE * G / (*critical + Pressurised(fault, i, mu) * sigma);
   length[1] = 1.158 * G / *critical;
   return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
