@@ -6,6 +6,7 @@ import pty
 import re
 import select
 import subprocess
+import tempfile
 import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
@@ -26,7 +27,8 @@ def printed(command, terminal, lines=None, seconds=None):
     for how long."""
     ours, theirs = pty.openpty() if terminal else os.pipe()
     begin = time.monotonic()
-    run = subprocess.Popen(command, stdout=theirs, stderr=theirs)
+    room = tempfile.TemporaryDirectory()  # of its own: two mpirun that begin at once may both make their folder in one
+    run = subprocess.Popen(command, stdout=theirs, stderr=theirs, env={**os.environ, "TMPDIR": room.name})
     os.close(theirs)
     text = b""
     while time.monotonic() < begin + seconds if seconds else len(LINE.findall(text.decode())) < lines:
@@ -41,6 +43,7 @@ def printed(command, terminal, lines=None, seconds=None):
     run.terminate()
     run.wait()
     os.close(ours)
+    room.cleanup()
     return text.decode(), time.monotonic() - begin
 
 
