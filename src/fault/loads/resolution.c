@@ -12,8 +12,8 @@
      rate weakening    no cohesive zone: strength falls at once. Motion runs away where damping is lost, d = dq/d|v| + H
                        < 0, and K < K_c = d^2/(4 M) (runaway.c); nucleation (2/pi) G/K_c
 
-   Pressure in a shear zone adds what slip too fast for diffusion has, f^2 sigma Lambda/(rho c sqrt(2 pi) w), to the W of
-   a cohesive zone (Rice 2006), and nothing to slow slip.
+   Pressure in a shear zone adds what slip too fast for diffusion has, f^2 sigma Lambda/(rho c sqrt(2 pi) w), to W of a
+   cohesive zone (Rice 2006), and nothing to slow slip.
 
    A cell can fail alone where its own stiffness K_ii is below K_c. */
 #include <slipstep/private/slipfault.h>
