@@ -127,6 +127,21 @@ def hopeless(cell, cells):
                and all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
 
 
+def ended(words, seconds):
+    """The end of a command. Where it is stopped it is told so first: an mpirun that is killed leaves its ranks."""
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        try:
+            out, err = run.communicate(timeout=seconds)
+        except BaseException:
+            run.terminate()
+            try:
+                run.wait(5)
+            except subprocess.TimeoutExpired:
+                run.kill()
+            raise
+    return subprocess.CompletedProcess(words, run.returncode, out, err)
+
+
 def measure(cell, cells, args):
     """Attributes of the cell: its numbers, or why there are none."""
     begin = time.monotonic()
@@ -134,7 +149,7 @@ def measure(cell, cells, args):
     if hopeless(cell, cells):
         return dict(result, status="skipped", message="a smaller size took too long", wall=0.0)
     try:
-        done = subprocess.run(command(cell, args.build), capture_output=True, text=True, timeout=args.timeout)
+        done = ended(command(cell, args.build), args.timeout)
         numbers = numbers_of(cell, done.stdout)
         wanted = {"operators": "product", "iterations": "iterations", "runs": "mean_slip"}[cell.table]
         if done.returncode == 0 and wanted in numbers:
