@@ -119,7 +119,7 @@ typedef struct {
   /* How long the state w at t [s] stays exactly at rest [s]: 0 if a cell moves or is about to, PETSC_MAX_REAL for ever
      */
   PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);
-  /* TSADAPTLAPUSTA calls it after an attempt, with F at its end: the longest step in which no cell slips too far [s] */
+  /* TSADAPTLAPUSTA calls it after an attempt, with F at its end: the longest step, 0: the shortest there is [s] */
   PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx);
   PetscBool measures; /* -ts_adapt_rl_measure names its errors; false: it has an error measure of its own */
 } SlipControlOps;

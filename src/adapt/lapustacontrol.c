@@ -1,4 +1,4 @@
-/* TSADAPTLAPUSTA chooses steps in which no cell slips too far. */
+/* TSADAPTLAPUSTA takes the shortest steps while any cell slides. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/rooms/slipts.h>
 
@@ -19,8 +19,8 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &lapusta));
   PetscCheck(
     lapusta && problem && problem->control.slip_step, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
-    "-ts_adapt_type " TSADAPTLAPUSTA " bounds the slip of cells in steps of constant rates: expected a fault and "
-    "-ts_type " TSLAPUSTA);
+    "-ts_adapt_type " TSADAPTLAPUSTA " bounds the slip of cells in steps of constant rates: expected a fault whose "
+    "friction sticks, and -ts_type " TSLAPUSTA);
   PetscCall((*problem->control.slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, ctx));
   *next_sc = 0;
   *wlte = *wltea = *wlter = -1;
@@ -31,13 +31,14 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
 }
 
 /*MC
-  TSADAPTLAPUSTA - chooses steps in which no cell slips by more than a fraction of its d_c that is stable
+  TSADAPTLAPUSTA - takes the shortest steps while any cell of a fault slides, and grows them while all rest
 
   Level: beginner
 
   Notes:
-  This is the rule of codes for earthquake cycles with waves. It is used with -ts_type lapusta, which supplies the
-  shortest step. The error is not estimated.
+  It is for friction that sticks, which has no rate to limit a step, with -ts_type lapusta, which supplies the shortest
+  step. The error is not estimated. Of friction that always slides TSADAPTDSP is more accurate for as many products than
+  the rule of Lapusta et al. (2000), which bounds the slip of a step by a share of d_c.
 
   Reference: Lapusta, Rice, Ben-Zion & Zheng (2000)
 

@@ -203,7 +203,7 @@ class WavesTest(FaultTest):
     def test_refused(self):
         for options, message in ((("-fault_kernel", "half_space"), "-fault_kernel full_space"),
                                  (("-ts_type", "bathe"), "lapusta with -fault_medium waves"),
-                                 (("-ts_adapt_type", "rl"), "lapusta, basic, dsp, pi, heuristic or none"),
+                                 (("-ts_adapt_type", "rl"), "lapusta, basic, dsp, heuristic or none"),
                                  (("-fault_kernel", "mirror"), "-fault_slip_components 1"),
                                  (("-fault_inertia", "yes", "-fault_viscosity", "radiation"), "-fault_inertia no"),
                                  (("-fault_opening", "yes"), "-fault_opening no"),

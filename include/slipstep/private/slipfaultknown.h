@@ -112,7 +112,7 @@ PETSC_INTERN PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Ve
 PETSC_INTERN PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *fault);
-PETSC_INTERN PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts); /* raises an error */
+PETSC_INTERN PetscErrorCode SlipFaultRefuseControllers(SlipFault fault, TS ts); /* raises an error */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
 /* Computes the largest eigenvalue of K over the weights, once a run [Pa/m]. */
 PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest);

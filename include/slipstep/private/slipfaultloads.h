@@ -104,10 +104,7 @@ PETSC_INTERN void SlipLoadsAddTerms(const SlipFaultLoads *loads, PetscReal t, Pe
 PETSC_INTERN PetscReal SlipLoadsTermsTimes(const SlipFaultLoads *loads, PetscReal t, const PetscReal x[],
                                            PetscInt first, PetscInt block);
 PETSC_INTERN PetscReal SlipLoadsStartShear(const SlipFaultLoads *loads, PetscInt i); /* of terms at 0, along the rake */
-/* The longest step from t, h halved as often as needed, in which no term changes by more than most times a sigma */
-PETSC_INTERN PetscReal SlipLoadsLongest(const SlipFaultLoads *loads, const PetscReal a[], const PetscReal sigma[],
-                                        PetscReal t, PetscReal most, PetscReal h);
-PETSC_EXTERN PetscReal SlipLoadsScale(const SlipFaultLoads *loads, PetscReal t); /* the shortest of all courses */
+PETSC_EXTERN PetscReal SlipLoadsScale(const SlipFaultLoads *loads, PetscReal t);     /* the shortest of all courses */
 PETSC_INTERN PetscErrorCode SlipLoadsTermsSetUp(SlipFaultLoads *loads);
 PETSC_INTERN PetscErrorCode SlipLoadsTermsDestroy(SlipFaultLoads *loads);
 PETSC_INTERN PetscErrorCode SlipLoadsTermsView(const SlipFaultLoads *loads, PetscViewer viewer);

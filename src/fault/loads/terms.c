@@ -143,27 +143,6 @@ PetscReal SlipLoadsScale(const SlipFaultLoads *loads, PetscReal t)
   return scale;
 }
 
-PetscReal SlipLoadsLongest(const SlipFaultLoads *loads, const PetscReal a[], const PetscReal sigma[], PetscReal t,
-                           PetscReal most, PetscReal h)
-{
-  const PetscInt c = loads->nterms ? loads->fault->layout.components : 1;
-
-  for (PetscInt k = 0; k < loads->nterms; k++) {
-    const SlipLoadTerm *term = &loads->terms[k];
-    PetscReal folds = 0;
-
-    for (PetscInt i = 0; i < loads->n; i++) {
-      const PetscReal stress = (term->shear ? SlipFaultLength(loads->fault, term->shear + c * i) : 0) +
-                               (term->normal ? PetscAbsReal(term->normal[i]) : 0);
-
-      if (!(sigma[i] > 0)) continue; /* the rate of a cell without friction is proportional to stress */
-      folds = PetscMax(folds, stress / (a[i] * sigma[i]));
-    }
-    while (folds * PetscAbsReal(term->course->value(term, t + h) - term->course->value(term, t)) > most) h /= 2;
-  }
-  return h;
-}
-
 PetscErrorCode SlipLoadsTermsView(const SlipFaultLoads *loads, PetscViewer viewer)
 {
   PetscFunctionBegin;

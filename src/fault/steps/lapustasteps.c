@@ -1,11 +1,7 @@
-/* Computes steps of constant slip rates: the state after a step, and its longest length. */
+/* Computes steps of constant slip rates: the state after a step, and its length. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/rooms/slipadapt.h>
 
-#define MOST_SLIP 0.5 /* slip in a step, over d_c */
-/* Change of a stress in time in a step over a sigma, by which a slip rate grows e-fold. Slip alone does not limit steps
-   while the load takes a rate from nothing to a rupture: half moves the onset of TPV103 (37 e-folds in 1 s) by 0.1 % */
-#define MOST_LOAD 0.5
 /* Waves may start a rupture where all cells rest while the largest stress that is still to arrive exceeds the first
    share of the least distance to strength, as waves from several places may add up, and the second share of the largest
    strength, which is the error of the exponentials in their kernels. Only cells count whose strength can still fall by
@@ -61,36 +57,30 @@ PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the share of d_c that a cell may slip in a step while it is stable, by Lapusta et al. (2000), equations
-   15, from a sigma, (b - a) sigma and its stiffness k; at most half. */
-static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
+/* Refuses controllers that do not suit steps of constant rates: rl, whose policy for cycles without waves moved events
+   by years, both ways; and where cells always slide pi, whose steps grow by 1.2 at once, less than from one allowed
+   length to the next, so that they would never grow, and lapusta, which knows no errors. */
+PetscErrorCode SlipFaultRefuseControllers(SlipFault fault, TS ts)
 {
-  const PetscReal root = PetscSqr(stiffness - weakening) / 4 - stiffness * A;
-
-  if (root / PetscSqr(A) > 0)
-    return PetscMin(A / PetscMax(stiffness - weakening, PETSC_SMALL * A), (PetscReal)MOST_SLIP);
-  return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
-}
-
-/* Refuses with waves rl, whose policy for cycles without waves moved events by years, both ways, and for cycles pi,
-   whose steps grow by 1.2 at once, less than from one allowed length to the next: they would never grow. */
-PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
-{
+  static const char *const type[] = {TSADAPTRL, TSADAPTPI, TSADAPTLAPUSTA};
+  const PetscBool slides = fault->friction.law->always_slides;
   PetscReal shortest;
-  PetscBool learned, pi;
+  PetscBool is, waves;
   TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
   PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
-  PetscCheck(!learned || !(shortest > 0), fault->comm, PETSC_ERR_SUP,
-             "-ts_adapt_type rl has no policy for faults with waves: expected lapusta, basic, dsp, pi, heuristic or "
-             "none");
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTPI, &pi));
-  PetscCheck(!pi || !(shortest > 0) || !fault->friction.law->always_slides, fault->comm, PETSC_ERR_SUP,
-             "-ts_adapt_type pi lengthens steps too little for cycles with waves: expected dsp, basic, heuristic, "
-             "lapusta or none");
+  waves = shortest > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool refused[] = {waves, (PetscBool)(waves && slides), slides};
+
+  for (int k = 0; k < 3; k++) {
+    PetscCall(PetscObjectTypeCompare((PetscObject)adapt, type[k], &is));
+    PetscCheck(!is || !refused[k], fault->comm, PETSC_ERR_SUP,
+               "-ts_adapt_type %s does not suit %s: expected %sbasic, dsp, heuristic or none", type[k],
+               slides ? "steps of constant rates of friction that always slides" : "faults with waves",
+               slides ? "" : "lapusta, ");
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,38 +93,16 @@ PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipControlOps.slip_step. Sticking cells have no rate to limit a step: while any slides steps are the shortest. */
+/* SlipControlOps.slip_step, where cells stick, which have no rate to limit a step: while any slides steps are the
+   shortest. */
 PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx)
 {
-  SlipFault fault = (SlipFault)ctx;
-  SlipFrictionCells friction;
-  PetscReal step = PETSC_MAX_REAL;
-  const PetscReal *k, *v;
-  Vec stiffness;
+  PetscReal speed;
 
   PetscFunctionBegin;
-  (void)ts;
-  PetscCall(SlipElasticGetDiagonals(fault->medium, &stiffness, NULL));
-  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(VecGetArrayRead(stiffness, &k));
-  PetscCall(VecGetArrayRead(fault->balance.rate, &v));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal speed = SlipFaultLength(fault, v + fault->layout.components * i),
-                    slip = fault->fields.cell[FIELD_FRICTION_SLIP][i], sigma = friction.stress[i];
-    PetscReal share = 0;
-
-    if (speed == 0) continue;
-    if (fault->friction.law->always_slides)
-      share = Share(fault->fields.cell[FIELD_FRICTION_A][i] * sigma,
-                    (fault->fields.cell[FIELD_FRICTION_B][i] - fault->fields.cell[FIELD_FRICTION_A][i]) * sigma,
-                    SlipFaultLargest(fault, k, i) / fault->mesh.weight[i] * slip);
-    step = PetscMin(step, share * slip / speed);
-  }
-  if (fault->friction.law->always_slides)
-    step = SlipLoadsLongest(&fault->loads, fault->fields.cell[FIELD_FRICTION_A], friction.stress, t, MOST_LOAD, step);
-  PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
-  PetscCall(VecRestoreArrayRead(stiffness, &k));
-  PetscCallMPI(MPI_Allreduce(&step, longest, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  (void)ts, (void)t, (void)w;
+  PetscCall(VecNorm(((SlipFault)ctx)->balance.rate, NORM_INFINITY, &speed));
+  *longest = speed > 0 ? 0 : PETSC_MAX_REAL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -485,7 +485,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
-  PetscCall(SlipFaultRefuseLearnedWaves(fault, ts));
+  PetscCall(SlipFaultRefuseControllers(fault, ts));
   if (!bathe || !fault->problem.steps.begin) {
     PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
     if (follows)
