@@ -238,7 +238,7 @@ static inline PetscReal SlipFaultLargest(SlipFault fault, const PetscReal x[], P
 /* Does the normal stress depend on the state? */
 static inline PetscBool SlipFaultNormalFollows(SlipFault fault)
 {
-  return fault->kind.coupled || fault->zone.on ? PETSC_TRUE : PETSC_FALSE;
+  return fault->kind.coupled || fault->zone.presses ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* The unit vector of the rake of cell i */
@@ -306,10 +306,11 @@ PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* runfile
    coordinate may be given between them, and is NaN otherwise. */
 PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three,
                                                 PetscInt *n, PetscReal **points);
-/* Gets the point of -fault_injection or -fault_nucleation in space, from the numbers x,z or x,y,z of the option, with
-   `more` numbers after them. */
+/* Reads up to `most` numbers of an option's list; good: it is one. */
 PETSC_INTERN PetscErrorCode SlipFaultReadNumbers(SlipFault fault, PetscInt id, PetscInt most, PetscReal x[],
                                                  PetscInt *n, PetscBool *good);
+/* Gets the point of -fault_injection or -fault_nucleation in space, from the numbers x,z or x,y,z of the option, with
+   `more` numbers after them. */
 PETSC_INTERN PetscErrorCode SlipFaultReadPoint(SlipFault fault, PetscInt id, PetscInt more, const char what[],
                                                PetscReal point[3], PetscReal rest[]);
 /* loads.c */

@@ -5,6 +5,7 @@
 
 typedef struct {
   PetscBool on, dilates;  /* there is a shear zone or dilatancy; there is dilatancy */
+  PetscBool presses;      /* pressure changes the normal stress; else temperature is all that is computed */
   SlipShearZone sums;     /* of its kernels; n = 0: there is no shear zone */
   PetscReal storage, run; /* beta [1/Pa] and 1/t_p [1/s] of dilatancy */
   /* The history, in two slots as in slipelastic.h: the time and the numbers of the cells that pressurisation.c lists */
@@ -21,7 +22,7 @@ typedef struct {
   PetscReal *left;                                                 /* [n] [K] */
 } SlipFaultZone;
 
-/* Why estimates of errors do not hold where it is on */
+/* Why estimates of errors do not hold where it changes strength */
 #define SLIP_ZONE_UNCALIBRATED "not calibrated with heat and pressure across the fault"
 
 PETSC_INTERN PetscErrorCode SlipFaultZoneSetUp(SlipFault fault);

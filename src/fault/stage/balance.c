@@ -387,7 +387,7 @@ PetscErrorCode SlipFaultHostRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(VecGetArrayWrite(stress, &tau));
   if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
   StressToBalance(fault, shear, force, vinf, tau);
-  if (fault->zone.on) PetscCall(SlipFaultZoneOfBalance(fault, t, a, tau, fault->coupling.stress));
+  if (fault->zone.presses) PetscCall(SlipFaultZoneOfBalance(fault, t, a, tau, fault->coupling.stress));
   if (c == 2)
     BalanceVectors(fault, &friction, tau, a, v, f);
   else

@@ -190,7 +190,7 @@ PetscErrorCode SlipFaultHostBound(SlipFault fault, Vec x, Vec q, Vec dq)
   PetscCall(SlipArraysGet(4, arrays));
   speed = Speeds(fault, v);
   SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, states, s0, 1, speed, a, b);
-  if (fault->zone.on) PetscCall(SlipFaultZoneOfStage(fault, fault->stage.u0, v, fault->coupling.stress, a, b));
+  if (fault->zone.presses) PetscCall(SlipFaultZoneOfStage(fault, fault->stage.u0, v, fault->coupling.stress, a, b));
   if (fault->kind.coupled && !SlipFaultOpens(fault)) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)

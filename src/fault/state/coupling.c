@@ -122,7 +122,7 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal pressed = load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i];
 
-    c->stress[i] = fault->zone.on ? pressed : PetscMax(pressed, 0);
+    c->stress[i] = fault->zone.presses ? pressed : PetscMax(pressed, 0);
     if (!c->pull) continue;
     c->pull[i] = -pressed;
     if (u[3 * i + 2] > 0) c->stress[i] = 0;
@@ -160,7 +160,7 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
     if (!c->balanced) PetscCall(SlipElasticForce(fault->medium, t, c->u, NULL, NULL, c->rise));
   }
   PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
-  if (fault->zone.on) PetscCall(SlipFaultZoneOfState(fault, t, w, c->stress));
+  if (fault->zone.presses) PetscCall(SlipFaultZoneOfState(fault, t, w, c->stress));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

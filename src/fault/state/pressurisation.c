@@ -32,12 +32,16 @@ PetscErrorCode SlipFaultZoneSetUp(SlipFault fault)
 {
   SlipFaultZone *z = &fault->zone;
   const PetscReal *value = fault->options.value, width = value[FAULT_SHEAR_ZONE_WIDTH];
-  PetscInt any = 0;
+  PetscInt any[2] = {0, 0};
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < fault->mesh.n; i++) any |= fault->fields.cell[FIELD_DILATANCY][i] != 0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
-  z->dilates = any ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    any[0] |= fault->fields.cell[FIELD_DILATANCY][i] != 0;
+    any[1] |= fault->fields.cell[FIELD_THERMAL_PRESSURISATION][i] != 0;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 2, MPIU_INT, MPI_MAX, fault->comm));
+  z->dilates = any[0] ? PETSC_TRUE : PETSC_FALSE;
+  z->presses = any[0] || any[1] ? PETSC_TRUE : PETSC_FALSE;
   z->on = width > 0 || z->dilates ? PETSC_TRUE : PETSC_FALSE;
   if (!z->on) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!z->dilates || fault->friction.law->eval == SlipRateAndState, fault->comm, PETSC_ERR_ARG_INCOMP,

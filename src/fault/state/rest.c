@@ -431,7 +431,7 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
   *rest = 0;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(Moves(fault, w, &moves));
-  if (moves || !rests || fault->zone.on || fault->kind.heals || SlipLoadsChange(&fault->loads) ||
+  if (moves || !rests || fault->zone.presses || fault->kind.heals || SlipLoadsChange(&fault->loads) ||
       fault->friction.law->nstates)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
@@ -459,7 +459,7 @@ PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec hal
   (void)ts;
   *end = t;
   PetscCall(SlipElasticRests(fault->medium, &rests));
-  if (!rests || fault->zone.on) PetscFunctionReturn(PETSC_SUCCESS); /* pressure changes */
+  if (!rests || fault->zone.presses) PetscFunctionReturn(PETSC_SUCCESS); /* pressure changes */
   PetscCall(Moves(fault, w, &moves));
   if (moves) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));

@@ -9,7 +9,7 @@ PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, cons
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
   PetscCall(PetscObjectStateGet((PetscObject)w, &now->state));
-  now->time = SlipLoadsVary(&fault->loads) || fault->zone.on ? fault->loads.origin + t : 0;
+  now->time = SlipLoadsVary(&fault->loads) || fault->zone.presses ? fault->loads.origin + t : 0;
   now->rates = fault->balance.put;
   *same = now->id == known->id && now->state == known->state && now->time == known->time && now->rates == known->rates
             ? PETSC_TRUE

@@ -80,7 +80,7 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
   if (fault->kind.driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
   if (!fault->kind.driven && !fault->critical.known)
     *why = "the fault does not start from its instability, whose scales the policy needs (-fault_initial)";
-  if (fault->zone.on) *why = "pressure across the fault (-fault_shear_zone_width) changes its strength";
+  if (fault->zone.presses) *why = "pressure across the fault changes its strength";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -350,7 +350,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   PetscFunctionBegin;
   PetscCall(SlipElasticRemembers(fault->medium, &remembers));
   if (fault->zone.on) remembers = PETSC_TRUE;
-  if (fault->zone.on) problem->history.error = HistoryError_Fault;
+  if (fault->zone.presses) problem->history.error = HistoryError_Fault;
   if (remembers) {
     problem->history.accept = Accept_Fault;
     problem->history.advance = Advance_Fault;
@@ -370,7 +370,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   if (fault->kind.driven) { /* a driven fault rests for years between events */
     problem->steps.corner = SlipFaultNextCorner;
     problem->steps.rest =
-      fault->friction.law->nstates || fault->zone.on ? NULL : SlipFaultRest; /* they evolve at rest */
+      fault->friction.law->nstates || fault->zone.presses ? NULL : SlipFaultRest; /* they evolve at rest */
     problem->steps.error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->steps.stop = Stop_Fault;
   }

@@ -336,7 +336,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     row += 2 * c;
     for (PetscInt j = 0; j < fault->layout.states; j++)
       *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
-    if (SlipFaultNormalFollows(fault)) *row++ = friction.stress[i];
+    if (SlipFaultNormalFollows(fault) || list->heat) *row++ = friction.stress[i];
     if (list->heat) *row = list->heat[i];
     if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
   }
