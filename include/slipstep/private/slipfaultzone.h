@@ -46,6 +46,8 @@ PETSC_INTERN PetscErrorCode SlipFaultZoneOfStage(SlipFault fault, Vec u0, const 
 /* The norm of the error that steps from the history to the state w at t have in pressure */
 PETSC_INTERN PetscErrorCode SlipFaultZoneError(SlipFault fault, PetscReal rtol, PetscReal t, Vec w, Vec rate,
                                                PetscReal *E);
-/* Temperature rise [K] and pressure [Pa] of the cells of this process in a state; either may be NULL */
+/* Temperature rise [K] and pressure [Pa] [n] of these cells of this process (NULL: all) in a state; either may be NULL.
+   Cells < 0, which are elsewhere, are left out */
 PETSC_INTERN PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction,
-                                                PetscReal temperature[], PetscReal pressure[]);
+                                                PetscInt n, const PetscInt cells[], PetscReal temperature[],
+                                                PetscReal pressure[]);

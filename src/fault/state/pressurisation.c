@@ -444,21 +444,24 @@ PetscErrorCode SlipFaultZoneVisit(SlipFault fault, SlipState state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction,
-                                   PetscReal temperature[], PetscReal pressure[])
+PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, const SlipFrictionCells *friction, PetscInt n,
+                                   const PetscInt cells[], PetscReal temperature[], PetscReal pressure[])
 {
   const SlipFaultZone *z = &fault->zone;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *past, *vinf;
 
   PetscFunctionBegin;
-  if (temperature) PetscCall(PetscArrayzero(temperature, fault->mesh.n));
-  if (pressure) PetscCall(PetscArrayzero(pressure, fault->mesh.n));
+  if (temperature) PetscCall(PetscArrayzero(temperature, n));
+  if (pressure) PetscCall(PetscArrayzero(pressure, n));
   if (Unknown(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Begin(fault, t, &past));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(fault->operators.vinf, &vinf));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+  for (PetscInt j = 0; j < n; j++) {
+    const PetscInt i = cells ? cells[j] : j;
+
+    if (i < 0) continue;
     const PetscReal *s = a + SlipFaultStateAt(fault, i), *b = Past(fault, past, i) + c;
     PetscReal way[3], mu, ds[SLIP_MAX_STATES], dv, fixed, gain, tau, sum;
     const PetscReal slip = Slip(fault, past, vinf, i, a + SlipFaultDisplacementAt(fault, i), way);
@@ -466,11 +469,11 @@ PetscErrorCode SlipFaultZoneValues(SlipFault fault, PetscReal t, Vec w, const Sl
     SlipFrictionEvaluate(friction, i, s, SlipFaultSpeed(fault, a, i), &mu, ds, &dv);
     tau = mu * friction->stress[i];
     Pressure(fault, past, i, slip, *s, &fixed, &gain);
-    if (pressure) pressure[i] = fixed + gain * tau;
+    if (pressure) pressure[j] = fixed + gain * tau;
     if (!temperature) continue;
     sum = z->temperature.start * b[POWER] + z->temperature.heat * (b[STRESS] + tau) / 2 * slip;
     for (PetscInt k = 0; k < z->sums.n; k++) sum += z->sums.temperature[k] * z->weights[k].left * b[MEMORY + k];
-    temperature[i] = sum;
+    temperature[j] = sum;
   }
   PetscCall(VecRestoreArrayRead(fault->operators.vinf, &vinf));
   PetscCall(VecRestoreArrayRead(w, &a));

@@ -492,7 +492,7 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   else if (f == OUTPUT_NORMAL_STRESS)
     PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
   else
-    PetscCall(SlipFaultZoneValues(fault, time, w, &friction, f == OUTPUT_TEMPERATURE ? x : NULL,
+    PetscCall(SlipFaultZoneValues(fault, time, w, &friction, fault->mesh.n, NULL, f == OUTPUT_TEMPERATURE ? x : NULL,
                                   f == OUTPUT_TEMPERATURE ? NULL : x));
   PetscCall(VecRestoreArrayWrite(out->numbers, &x));
   PetscCall(VecScatterBegin(out->gather_c, out->numbers, out->of[f], INSERT_VALUES, SCATTER_FORWARD));

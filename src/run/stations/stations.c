@@ -47,7 +47,7 @@ typedef struct {
   SlipFaultLook look; /* their numbers; m 0: before the first step */
   PetscInt *cell;     /* their places on this process, in look */
   PetscReal *stress;  /* [cells] room for normal stresses from the device */
-  PetscReal *heat;    /* [cells] room for the rise of temperature [K], NULL: there is none */
+  PetscReal *heat;    /* [n] room for the rise of temperature [K], NULL: there is none */
   SlipOutput output;  /* output with their tables, from this one on; NULL: there are no stations */
   PetscInt table;
   SlipFault fault;
@@ -174,7 +174,7 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
-  if (fault->zone.sums.n) PetscCall(PetscMalloc1(fault->mesh.n + 1, &list->heat));
+  if (fault->zone.sums.n) PetscCall(PetscMalloc1(n + 1, &list->heat));
   list->columns = SlipFaultOpens(fault) || list->heat ? STATION_COLUMNS
                   : SlipFaultNormalFollows(fault)     ? STATION_OPENING
                                                       : STATION_NORMAL;
@@ -315,11 +315,8 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscArrayzero(list->row, list->numbers * list->n));
-  if (list->heat) {
-    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
-    PetscCall(SlipFaultZoneValues(fault, time, w, &friction, list->heat, NULL));
-  }
   PetscCall(Look(fault, time, w, list, &friction));
+  if (list->heat) PetscCall(SlipFaultZoneValues(fault, time, w, &friction, list->n, list->cell, list->heat, NULL));
   for (PetscInt k = 0; k < list->n; k++) {
     const Station *s = &list->station[k];
     const PetscInt i = s->local;
@@ -337,7 +334,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     for (PetscInt j = 0; j < fault->layout.states; j++)
       *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
     if (SlipFaultNormalFollows(fault) || list->heat) *row++ = friction.stress[i];
-    if (list->heat) *row = list->heat[i];
+    if (list->heat) *row = list->heat[k];
     if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
   }
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
