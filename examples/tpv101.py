@@ -8,9 +8,7 @@
 import argparse
 
 import tpv3
-from slipstep import Run
 from slipstep.modules import one_line
-from slipstep.results.events import Events
 from slipstep.results.files import write_fields
 
 import numpy as np
@@ -46,19 +44,18 @@ def at(times, x, z):
 
 
 def plot(benchmark, name):
-    run, events = Run(f"{name}.h5"), Events(f"{name}_events.h5")
-    times = events["onset"][0] + events.map_of("rupture_time", 0)
+    run, event, times = tpv3.broken(name)
     print("first above 0.1 m/s at         here    UGUCA, 150 m")
     for place in STATIONS:
         here, other = at(times, *(1e3 * one for one in place)), PUBLISHED[benchmark].get(place)
         print(f"({place[0]:3} km, {place[1]} km)  {here:15.3f} s", f"  {other:.3f} s  {100 * (here / other - 1):+.1f} %"
               if other else "")
-    print(f"largest slip rate: {events['peak_slip_rate'][0]:.1f} m/s; largest slip: {events['max_slip'][0]:.2f} m")
+    print(f"largest slip rate: {event['peak_slip_rate']:.1f} m/s; largest slip: {event['max_slip']:.2f} m")
     strike, dip = (tpv3.centres(length, n) for length, n in zip((LENGTH, WIDTH), times.shape[::-1]))
-    found = {"strike": (strike, np.array([at(times, x, 0) for x in strike])),
-             "dip": (dip, np.array([at(times, 0, z) for z in dip]))}
-    tpv3.draw(name, run, times, found, {"both": [(max(place), time) for place, time in PUBLISHED[benchmark].items()]},
-              "UGUCA, 150 m")
+    found = {"along strike": (strike, np.array([at(times, x, 0) for x in strike])),
+             "down dip": (dip, np.array([at(times, 0, z) for z in dip]))}
+    tpv3.draw(name, run, times, found, [(max(place), time) for place, time in PUBLISHED[benchmark].items()],
+              "UGUCA, 150 m", (0, 15))
 
 
 def main():

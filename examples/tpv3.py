@@ -27,8 +27,8 @@ STRESS = 70e6, 81.6e6  # beyond it and within [Pa]
 # When cells of 100 m are first above 1 mm/s [s], by distance from the middle along strike and down dip [km]: the
 # boundary integral of Day, Dalguer, Lapusta & Liu (2005), J. Geophys. Res. 110, as github.com/elygeo/coseis has it; the
 # edge of the cell that is nearer to the middle is there
-PUBLISHED = {"strike": {2: 0.654, 3: 1.087, 4.5: 1.751, 6: 2.406, 7.5: 3.002, 9: 3.560},
-             "dip": {2: 0.770, 3: 1.338, 4.5: 2.184, 6: 2.916}}
+PUBLISHED = {"along strike": {2: 0.654, 3: 1.087, 4.5: 1.751, 6: 2.406, 7.5: 3.002, 9: 3.560},
+             "down dip": {2: 0.770, 3: 1.338, 4.5: 2.184, 6: 2.916}}
 CENTRE = 50.0  # of these cells beyond it [m]
 SHOWN = 3.0, 5.0  # slip rates [s]
 CONTOURS = np.arange(0.5, 8, 0.5)  # times of rupture [s]
@@ -51,37 +51,44 @@ def make(name, cell):
 
 
 def profiles(times):
-    """Distances from the middle [m] and times of rupture there, along strike and down dip, through the published cells
+    """Distances [m] from the middle, as the published cells are counted, and times of rupture there, through these cells
     beside the middle: linear between the centres of cells, whose times are [nz, nx]."""
     z, x = (centres(length, n) for length, n in zip((WIDTH, LENGTH), times.shape))
-    return {"strike": (x, np.array([np.interp(CENTRE, z, column) for column in times.T])),
-            "dip": (z, np.array([np.interp(CENTRE, x, row) for row in times]))}
+    return {"along strike": (x - CENTRE, np.array([np.interp(CENTRE, z, column) for column in times.T])),
+            "down dip": (z - CENTRE, np.array([np.interp(CENTRE, x, row) for row in times]))}
 
 
-def compare(found):
-    """Rows of the table: direction, distance [km], published and found time [s]."""
-    return [(way, far, time, np.interp(1e3 * far + CENTRE, *found[way])) for way, rows in PUBLISHED.items()
+def compare(published, found):
+    """Rows of the table: where, kilometres along a profile, published and found time [s]."""
+    return [(way, far, time, np.interp(1e3 * far, *found[way])) for way, rows in published.items()
             for far, time in rows.items()]
 
 
-def plot(name):
+def broken(name):
+    """The run, its largest event's numbers, and when each cell broke in it [s]."""
     run, events = Run(f"{name}.h5"), Events(f"{name}_events.h5")
     first = int(np.argmax(events["moment"]))
-    times = events["onset"][first] + events.map_of("rupture_time", first)
+    numbers = {key: events[key][first] for key in ("onset", "peak_slip_rate", "max_slip")}
+    return run, numbers, numbers["onset"] + events.map_of("rupture_time", first)
+
+
+def report(name, published, profiles, source, reach):
+    """Prints times of rupture beside published ones, and draws them."""
+    run, event, times = broken(name)
     found = profiles(times)
-    print("first above 1 mm/s     published     here")
-    for way, far, time, here in compare(found):
-        print(f"{far:4g} km along {way:6}    {time:.3f} s   {here:.3f} s  {100 * (here / time - 1):+.1f} %")
-    share = np.array([here / time - 1 for _, _, time, here in compare(found)])
+    rows = compare(published, found)
+    print("first above 1 mm/s       published     here")
+    for way, far, time, here in rows:
+        print(f"{far:5g} km {way:14}   {time:.3f} s   {here:.3f} s  {100 * (here / time - 1):+.1f} %")
+    share = np.array([here / time - 1 for _, _, time, here in rows])
     print(f"root mean square: {100 * np.sqrt((share ** 2).mean()):.2f} %; largest slip rate: "
-          f"{events['peak_slip_rate'][first]:.1f} m/s")
-    draw(name, run, times, found, {way: [(far + CENTRE / 1e3, time) for far, time in rows.items()]
-                                   for way, rows in PUBLISHED.items()}, "Day et al. (2005)")
+          f"{event['peak_slip_rate']:.1f} m/s")
+    draw(name, run, times, found, [row[1:3] for row in rows], source, reach)
 
 
-def draw(name, run, times, found, published, source):
-    """Slip rates at two times, slip at the end with the rupture's front every half second, its times in profiles from
-    the middle, and published points (km, s) of each. tpv101.py draws by it as well."""
+def draw(name, run, times, found, points, source, reach):
+    """Slip rates at two times, slip at the end with the rupture's front every half second, its times in profiles
+    within reach [km], and published points (km, s). Other benchmarks draw by it as well."""
     use_style()
     canvas, axes = plt.subplots(2, 2, figsize=(12, 1.6 + 10 * times.shape[0] / times.shape[1]), layout="constrained")
     plane, = planes_of(run)
@@ -101,22 +108,24 @@ def draw(name, run, times, found, published, source):
                        shrink=0.8)
     plane.contour(axes[1, 0], times.ravel(), CONTOURS)
     for k, (way, (far, when)) in enumerate(found.items()):
-        side = far > 0
-        axes[1, 1].plot(far[side] / 1e3, when[side], color=RUN_STYLES[k]["color"],
-                        label="along strike" if way == "strike" else "down dip")
-    points = [point for rows in published.values() for point in rows]
+        side = far > 1e3 * reach[0]
+        axes[1, 1].plot(far[side] / 1e3, when[side], color=RUN_STYLES[k]["color"], label=way)
     if points:
         axes[1, 1].plot(*zip(*points), linestyle="", marker="o", markersize=7, markerfacecolor="none",
                         markeredgecolor="black", label=source)
-    axes[1, 1].set(title="Rupture's front", xlabel="from the middle (km)", ylabel="time (s)", xlim=(0, 15),
+    axes[1, 1].set(title="Rupture's front", xlabel="from the middle (km)", ylabel="time (s)", xlim=reach,
                    ylim=(0, None))
-    axes[1, 1].legend(loc="upper left")
+    axes[1, 1].legend(loc="upper left" if reach[0] == 0 else "upper center")
     canvas.savefig(f"{name}.png")
     print(f"Figure: {name}.png")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def plot(name):
+    report(name, PUBLISHED, profiles, "Day et al. (2005)", (0, 15))
+
+
+def main(doc=__doc__, make=make, plot=plot):
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("work", choices=["make", "plot"])
     parser.add_argument("name", metavar="NAME")
     parser.add_argument("--cell", type=float, default=300.0, metavar="M", help="side of the cells [m]")

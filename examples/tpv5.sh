@@ -1,17 +1,6 @@
 #!/usr/bin/env bash
-# TPV5, a dynamic rupture with waves of a fault that reaches the ground: installs what is missing (Debian 12 and 13, Ubuntu 24.04), builds into build/,
-# simulates it, prints when cells break beside a published solution, and draws slip rate, slip and times of rupture.
+# TPV5, a dynamic rupture with waves of a fault that reaches the ground: what examples/tpv3.sh does with TPV3.
 #
 #   examples/tpv5.sh [OPTION...]                options of build/bin/fault: seconds
 #   CELL=100 RANKS=2 examples/tpv5.sh           cells of 100 m, as the published solution has: minutes
-set -euo pipefail
-cd "$(dirname "$0")/.."
-. tests/setup.sh
-
-slipstep_ready
-name=$SLIPSTEP_OUTPUT/tpv5
-cells=$("$SLIPSTEP_PYTHON" examples/tpv5.py make "$name" --cell "${CELL:-300}")
-read -r nx nz <<<"$cells"
-mpirun -n "${RANKS:-1}" "$SLIPSTEP_BUILD/bin/fault" -options_file examples/tpv5.opts -fault_nx "$nx" -fault_nz "$nz" \
-  -fault_parameters "${name}_fields.h5" -fault_output "$name.h5" -fault_catalogue "${name}_events.h5" -fault_output_overwrite "$@"
-"$SLIPSTEP_PYTHON" examples/tpv5.py plot "$name"
+BENCHMARK=tpv5 exec "$(dirname "$0")/tpv3.sh" "$@"
