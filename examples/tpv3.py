@@ -51,8 +51,8 @@ def make(name, cell):
 
 
 def profiles(times):
-    """Distances [m] from the middle, as the published cells are counted, and times of rupture there, through these cells
-    beside the middle: linear between the centres of cells, whose times are [nz, nx]."""
+    """Distances [m] from the middle, as the published cells are counted, and times of rupture there, through these
+    cells beside the middle: linear between the centres of cells, whose times are [nz, nx]."""
     z, x = (centres(length, n) for length, n in zip((WIDTH, LENGTH), times.shape))
     return {"along strike": (x - CENTRE, np.array([np.interp(CENTRE, z, column) for column in times.T])),
             "down dip": (z - CENTRE, np.array([np.interp(CENTRE, x, row) for row in times]))}
