@@ -37,6 +37,7 @@ ORDER = [
     ("adapt", "step-size controllers, observations", 10, (.63, .96)),
     ("models", "circuit, sliding mode", 11, (.02, .25)),
     ("mesh", "cells of a fault", 11, (.28, .42)),
+    ("fluid", "diffusion in the cells", 12, (.02, .25)),
     ("run/output", "the output of any run", 11, (.63, .96)),
     ("fault/setup", "parameters, features, names", 12, (.28, .62)),
     ("fault/loads", "loads, friction of the cells", 13, (.28, .62)),
