@@ -120,6 +120,27 @@ PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* built-in laws, ended b
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
 PETSC_EXTERN PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law);
 
+/* ---- permeability of a fault (permeability.c) ---- */
+/* Numbers of one cell */
+typedef struct {
+  PetscReal start, maximum; /* k0 and kmax [m^2] */
+  PetscReal slip, healing;  /* L [m], 1/T [1/s] */
+  PetscReal stress, normal; /* stress scale s*, and the effective normal stress s0 at fluid pressure 0 [Pa] */
+  const void *ctx;          /* of the law */
+} SlipPermeability;
+/* What a law needs, so that it is an error where it is not given: -fault_permeability_maximum and _slip; _stress */
+enum { SLIP_PERMEABILITY_BY_SLIP = 1, SLIP_PERMEABILITY_BY_STRESS = 2 };
+/* A row of the table of laws: k = value(k*, effective normal stress), where k* is k0 at the start and evolves */
+typedef struct {
+  const char *name;
+  PetscInt needs; /* the sum of the above */
+  /* k* [m^2] of a cell that had x, after h [s] with this much slip >= 0 [m] at a constant rate; NULL: k* = k0 */
+  PetscReal (*evolve)(const SlipPermeability *c, PetscReal x, PetscReal slip, PetscReal h);
+  /* k [m^2] from k* and the effective normal stress [Pa]; NULL: k = k* */
+  PetscReal (*value)(const SlipPermeability *c, PetscReal x, PetscReal stress);
+  const void *ctx; /* passed in SlipPermeability */
+} SlipPermeabilityLaw;
+
 /* Friction of many cells; the arrays [n] are borrowed. */
 struct _n_SlipFrictionCells {
   const SlipFrictionLaw *law;

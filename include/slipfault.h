@@ -43,6 +43,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char colum
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
 PETSC_EXTERN PetscErrorCode
 SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* adds a friction law with its parameters; slipcore.h */
+PETSC_EXTERN PetscErrorCode
+SlipFaultRegisterPermeabilityLaw(const SlipPermeabilityLaw *law); /* adds a permeability law; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultAddStress(SlipFault fault, PetscInt rows, const PetscReal time[],
                                                const PetscReal course[], PetscInt nshear, const PetscReal shear[],

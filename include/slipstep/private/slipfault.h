@@ -108,6 +108,7 @@ typedef struct {
   PetscBool inertia;               /* likewise; -fault_inertia */
   PetscBool waves;                 /* the medium has waves, and stores them */
   PetscBool heals;                 /* some healing time is finite */
+  PetscBool flows;                 /* some permeability is not 0: pore fluid diffuses in the cells */
   PetscBool sequence;              /* loading, stressing or healing may cause several events */
   PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: times at rest are unlimited */
 } SlipFaultKind;
@@ -335,5 +336,5 @@ PETSC_EXTERN PetscErrorCode SlipFaultResolutionWarn(SlipFault fault);
 /* warn.c */
 PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault);          /* unused options; on rank 0 */
-PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
+PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law or its pore fluid uses it */
 PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* cellfriction.c */

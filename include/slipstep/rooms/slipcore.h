@@ -432,6 +432,16 @@ PETSC_EXTERN PetscErrorCode SlipShearZoneDestroy(SlipShearZone *zone);
 PETSC_EXTERN void SlipShearZoneKernel(const SlipShearZone *zone, PetscReal t, PetscReal kernel[2]);
 PETSC_EXTERN void SlipShearZoneStep(PetscReal rate, PetscReal h, SlipShearZoneWeights *weights);
 
+/* ---- permeability.c ---- */
+PETSC_EXTERN const SlipPermeabilityLaw SlipPermeabilityLaws[]; /* ends with a NULL name */
+PETSC_EXTERN const SlipPermeabilityLaw *SlipPermeabilityNext(const SlipPermeabilityLaw *law); /* as SlipFrictionNext */
+PETSC_EXTERN const SlipPermeabilityLaw *SlipPermeabilityFind(const char name[]);              /* NULL: none */
+PETSC_EXTERN PetscErrorCode SlipPermeabilityRegister(const SlipPermeabilityLaw *law);
+PETSC_EXTERN PetscReal SlipPermeabilityEvolve(const SlipPermeabilityLaw *law, const SlipPermeability *c, PetscReal x,
+                                              PetscReal slip, PetscReal h);
+PETSC_EXTERN PetscReal SlipPermeabilityValue(const SlipPermeabilityLaw *law, const SlipPermeability *c, PetscReal x,
+                                             PetscReal stress);
+
 /* ---- hash.c: FNV-1a hashes of policies and of the content of caches ---- */
 #define SLIP_HASH_START UINT64_C(14695981039346656037)
 PETSC_EXTERN uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n);

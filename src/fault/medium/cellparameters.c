@@ -38,7 +38,8 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
   if (f == FIELD_NORMAL_STRESS) p.open = PETSC_TRUE;
   SlipParameterBounds(&p, PETSC_TRUE, bounds, sizeof(bounds));
   for (PetscInt e = 0; e < fault->mesh.N; e++)
-    PetscCheck(SlipParameterHolds(&p, data[e]), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+    PetscCheck(SlipParameterHolds(&p, data[e]) || (f == FIELD_BORDER_PRESSURE && PetscIsNanReal(data[e])),
+               PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                "%s: /%s[%" PetscInt_FMT ", %" PetscInt_FMT "] is %.6g, expected %s", source, p.name, e / nx, e % nx,
                (double)data[e], bounds);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -128,8 +129,10 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
            "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_alpha",
-           "friction_reference", "initial_rate", "initial_state", "creep", "rake", or a parameter that a law of
-           SlipFaultRegisterFrictionLaw() brings
+           "friction_reference", "initial_rate", "initial_state", "creep", "rake", "thermal_pressurisation",
+           "dilatancy", "permeability", "permeability_ratio", "permeability_maximum", "porosity",
+           "pore_compressibility", "aperture", "leakoff", "border_pressure" (NaN: none), "fluid_source",
+           "fluid_pressure", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; the fault copies them
@@ -183,7 +186,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
   const SlipParameter *p;
   const PetscReal *own[FAULT_MAX_OWN];
   PetscReal low = PETSC_MAX_REAL, value, gradient;
-  PetscInt n = 0, any = 0;
+  PetscInt n = 0, any[2] = {0};
 
   PetscFunctionBegin;
   /* scalar parameters fill the fields first, then SlipFaultSetField() and the file override them */
@@ -225,15 +228,17 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
   PetscCall(CheckEvolution(fault));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     low = PetscMin(low, fault->fields.cell[FIELD_NORMAL_STRESS][i]);
-    any = any || fault->fields.cell[FIELD_LOADING_RATE][i] != 0;
+    any[0] |= fault->fields.cell[FIELD_LOADING_RATE][i] != 0;
+    any[1] |= fault->fields.cell[FIELD_PERMEABILITY][i] != 0;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &low, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 2, MPIU_INT, MPI_MAX, fault->comm));
   PetscCheck(low > 0, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "the least effective normal stress is %.6g Pa, expected > 0: raise -%sfault_normal_stress or "
              "-%sfault_normal_stress_gradient",
              (double)low, prefix, prefix);
-  fault->kind.loaded = any ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.loaded = any[0] ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.flows = any[1] ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipFaultComponentsSetUp(fault));
   PetscCall(SlipFaultChooseCoupling(fault));
   PetscFunctionReturn(PETSC_SUCCESS);

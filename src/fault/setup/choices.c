@@ -79,6 +79,22 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                        "Point x,z [m] of the fault, x,y,z where a mesh has several planes, at which fluid is injected "
                        "from time 0 on",
                        PROBLEM},
+  [FAULT_PERMEABILITY_LAW] =
+    {"permeability_law", "constant", "|rows of SlipPermeabilityLaws|",
+     "How -fault_permeability changes: constant; slip, grows with slip and heals in time; stress, falls with effective "
+     "normal stress; valve, both; or a law of SlipFaultRegisterPermeabilityLaw()",
+     PROBLEM},
+  [FAULT_FLUID_BORDER] = {"fluid_border", "closed", "|closed|open|",
+                          "Border of the fault for pore fluid: closed, nothing flows through; open, its pressure is 0 "
+                          "there, unless -fault_border_pressure holds another",
+                          PROBLEM},
+  [FAULT_WELLS] =
+    {"wells", "", NULL,
+     "FILE.csv of wells, with the columns well,x,y,z,days (or hours, s) and m3/day (or L/s, m3/s, MPa, "
+     "Pa), a line for each change: a rate goes into the fault, 0 shuts the well in, a pressure is held in "
+     "it. y may be left out; two more columns may be radius [m] of the well (0.1), and spread [m], over "
+     "whose Gaussian the rate is distributed (0: into the nearest cell)",
+     CONTENT},
   SLIP_FAULT_REGIONAL_STRINGS,
   [FAULT_STRESS_HISTORY] =
     {"stress_history", "", NULL,

@@ -38,6 +38,32 @@ static PetscBool AnyCell(SlipFault fault, PetscInt field)
   return any ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns whether a number of pore fluid beside permeability is not its default. Collective. */
+static PetscBool FluidDetail(SlipFault fault)
+{
+  static const PetscInt ids[] = {FAULT_PERMEABILITY_RATIO, FAULT_POROSITY,     FAULT_PORE_COMPRESSIBILITY,
+                                 FAULT_FLUID_VISCOSITY,    FAULT_APERTURE,     FAULT_LEAKOFF,
+                                 FAULT_BORDER_PRESSURE,    FAULT_FLUID_SOURCE, FAULT_FLUID_PRESSURE,
+                                 FAULT_FLUID_TOLERANCE};
+  int any = 0;
+
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ids); k++) {
+    const PetscInt field = SlipFaultFieldOf(ids[k]);
+    const PetscReal *x = field < 0 ? &fault->options.value[ids[k]] : fault->fields.cell[field];
+    const PetscReal usual = SlipFaultReals[ids[k]].value;
+
+    for (PetscInt i = 0; i < (field < 0 ? 1 : fault->mesh.n); i++)
+      any |= x[i] != usual && !(PetscIsNanReal(x[i]) && PetscIsNanReal(usual));
+  }
+  (void)MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, fault->comm);
+  return any ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool LawNeeds(SlipFault fault, PetscInt what)
+{
+  return SlipPermeabilityFind(fault->options.text[FAULT_PERMEABILITY_LAW])->needs & what ? PETSC_TRUE : PETSC_FALSE;
+}
+
 static PetscBool HasMesh(SlipFault fault, SlipFaultFeatureId id)
 {
   static const SlipFaultMeshKind *const kind[] = {[FEATURE_GRID] = &SlipFaultMeshGrid,
@@ -196,14 +222,36 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_shear_zone_width or -fault_dilatancy"},
   {F(DILATANCY), EXCLUDES, F(BATHE) | F(MOREAU), 0,
    "-ts_type % knows no -fault_dilatancy: expected adams, or lapusta with waves"},
+  {F(WELLS), NEEDS, F(FLUID), 0,
+   "-fault_wells % needs a fault in which pore fluid flows: expected -fault_permeability > 0 m^2"},
+  {F(PERMEABILITY_LAW), NEEDS, F(FLUID), 0,
+   "-fault_permeability_law % needs the permeability that it changes: expected -fault_permeability > 0 m^2"},
+  {F(FLUID_DETAIL), NEEDS, F(FLUID), 0,
+   "-fault_permeability_ratio, -fault_porosity, -fault_pore_compressibility, -fault_fluid_viscosity, -fault_aperture, "
+   "-fault_leakoff, -fault_fluid_border, -fault_border_pressure, -fault_fluid_source, -fault_fluid_pressure and "
+   "-fault_fluid_tolerance are of a fault in which pore fluid flows: expected -fault_permeability > 0 m^2"},
+  {F(PERMEABILITY_BY_SLIP), NEEDS, F(PERMEABILITY_MAXIMUM), 0,
+   "-fault_permeability_law % needs the permeability that slip makes: expected -fault_permeability_maximum > 0 m^2"},
+  {F(PERMEABILITY_BY_SLIP), NEEDS, F(PERMEABILITY_SLIP), 0,
+   "-fault_permeability_law % needs the slip in which permeability grows: expected -fault_permeability_slip > 0 m"},
+  {F(PERMEABILITY_MAXIMUM) | F(PERMEABILITY_SLIP) | F(PERMEABILITY_HEALING), NEEDS, F(PERMEABILITY_BY_SLIP), 0,
+   "-fault_permeability_maximum, -fault_permeability_slip and -fault_permeability_healing_time are of permeability "
+   "that slip changes: expected -fault_permeability_law slip or valve"},
+  {F(PERMEABILITY_BY_STRESS), NEEDS, F(PERMEABILITY_STRESS), 0,
+   "-fault_permeability_law % needs the stress that makes permeability fall: expected -fault_permeability_stress > 0 "
+   "Pa"},
+  {F(PERMEABILITY_STRESS), NEEDS, F(PERMEABILITY_BY_STRESS), 0,
+   "-fault_permeability_stress is of permeability that stress changes: expected -fault_permeability_law stress or "
+   "valve"},
+  {F(FLUID), EXCLUDES, F(OPENING), 0, "-fault_permeability is of closed cells: expected -fault_opening no"},
   {F(OUTPUT_TEMPERATURE), NEEDS, F(SHEAR_ZONE), 0,
    "-fault_output_fields has temperature, but the fault has none: expected -fault_shear_zone_width > 0"},
   {F(OUTPUT_ZONE), NEEDS, F(PRESSURISATION) | F(DILATANCY), 0,
    "-fault_output_fields has shear_zone_pressure, but the fault has none: expected -fault_thermal_pressurisation or "
    "-fault_dilatancy"},
-  {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE), 0,
-   "-fault_output_fields has pore_pressure, but the fault has none: expected -fault_pore_pressure or "
-   "-fault_injection"},
+  {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE) | F(FLUID), 0,
+   "-fault_output_fields has pore_pressure, but the fault has none: expected -fault_pore_pressure, -fault_injection "
+   "or -fault_permeability"},
   {F(OUTPUT_OPENING), NEEDS, F(OPENING), 0,
    "-fault_output_fields has opening, but cells do not open: expected -fault_opening yes"},
   {F(STATIONS), NEEDS, F(OUTPUT), 0, "-fault_stations % is written to the output: expected -fault_output"},
@@ -216,6 +264,7 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_device % knows no -fault_stress_history, -fault_tide_period and -fault_nucleation: expected none"},
   {F(DEVICE), EXCLUDES, F(SHEAR_ZONE) | F(DILATANCY), 0,
    "-fault_device % knows no -fault_shear_zone_width and -fault_dilatancy: expected neither"},
+  {F(DEVICE), EXCLUDES, F(FLUID), 0, "-fault_device % knows no -fault_permeability: expected 0"},
   {F(DEVICE), EXCLUDES, F(LAPUSTA) | F(OTHER_TS), 0,
    "-fault_device % knows no such steps: expected -ts_type bathe, moreau, rkc, adams or rk, not %"},
   {.sentence = NULL},

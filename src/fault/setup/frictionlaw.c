@@ -1,4 +1,4 @@
-/* Registers users' friction laws: a row of the table of laws, and the law's parameters. */
+/* Registers users' friction laws, rows of the table of laws with the law's parameters, and permeability laws. */
 #include <slipstep/private/slipfault.h>
 #include <string.h>
 
@@ -144,6 +144,35 @@ PetscErrorCode SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law)
   PetscCall(CheckOwn(law));
   PetscCall(CheckStates(law));
   PetscCall(SlipFrictionRegister(law));
+  if (PetscInitializeCalled) PetscCall(SlipFaultDeclareOptions()); /* else SlipStepInitializePackage() does */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultRegisterPermeabilityLaw - adds a choice to -fault_permeability_law
+
+  Not collective, on every process in the same order; before the options of a fault are read
+
+  Input Parameter:
+. law - its name; which of -fault_permeability_maximum with -fault_permeability_slip [m], and -fault_permeability_stress
+        [Pa], it needs; how k* [m^2] of a cell evolves in h [s] with some slip [m]; k [m^2] from k* and the effective
+        normal stress [Pa]. Copied; strings and context stay the caller's
+
+  Level: advanced
+
+  Note:
+  Both functions are pure functions of one cell, whose numbers they get in SlipPermeability; one of them may be NULL.
+  evolve() should be exact at a constant slip rate: two calls for halves of the time and slip give what one call gives.
+
+  Errors: PETSC_ERR_ARG_WRONG for a used name and for a law without functions, PETSC_ERR_ARG_OUTOFRANGE for too many
+
+.seealso: SlipFaultRegisterFrictionLaw(), SlipFaultSetString()
+@*/
+PetscErrorCode SlipFaultRegisterPermeabilityLaw(const SlipPermeabilityLaw *law)
+{
+  PetscFunctionBegin;
+  PetscAssertPointer(law, 1);
+  PetscCall(SlipPermeabilityRegister(law));
   if (PetscInitializeCalled) PetscCall(SlipFaultDeclareOptions()); /* else SlipStepInitializePackage() does */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

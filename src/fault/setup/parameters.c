@@ -128,6 +128,46 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                                "Compressibility beta of pores and fluid: pore pressure falls by epsilon/beta", PROBLEM},
   [FAULT_DILATANCY_TIME] = {"dilatancy_time", 1e5, "s", 0, NONE, OPEN, REAL,
                             "Time t_p in which that pressure flows back", PROBLEM},
+  [FAULT_PERMEABILITY] = {"permeability", 0, "m^2", 0, NONE, SHUT, REAL,
+                          "Permeability k of the fault, of a layer of -fault_aperture; 0 everywhere: no diffusion of "
+                          "pore fluid is computed",
+                          PROBLEM},
+  [FAULT_PERMEABILITY_RATIO] = {"permeability_ratio", 1, "", 0, NONE, OPEN, REAL,
+                                "Permeability down dip over that along strike, which is -fault_permeability", PROBLEM},
+  [FAULT_PERMEABILITY_MAXIMUM] = {"permeability_maximum", 0, "m^2", 0, NONE, SHUT, REAL,
+                                  "Permeability kmax towards which slip changes it under -fault_permeability_law slip "
+                                  "and valve",
+                                  PROBLEM},
+  [FAULT_PERMEABILITY_SLIP] = {"permeability_slip", 0, "m", 0, NONE, SHUT, REAL,
+                               "Slip L in which permeability grows, dk/dt = |v|/L (kmax - k) + (k0 - k)/T", PROBLEM},
+  [FAULT_PERMEABILITY_HEALING_TIME] = {"permeability_healing_time", 0, "s", 0, NONE, SHUT, REAL,
+                                       "Time T in which permeability falls back to -fault_permeability k0; 0: never",
+                                       PROBLEM},
+  [FAULT_PERMEABILITY_STRESS] = {"permeability_stress", 0, "Pa", 0, NONE, SHUT, REAL,
+                                 "Stress s* of -fault_permeability_law stress and valve: k falls by "
+                                 "exp(-(s - s0)/s*) as the effective normal stress s rises from s0, the one at fluid "
+                                 "pressure 0",
+                                 PROBLEM},
+  [FAULT_POROSITY] = {"porosity", (PetscReal)0.1, "", 0, 1, OPEN, REAL, "Porosity of that layer", PROBLEM},
+  [FAULT_PORE_COMPRESSIBILITY] = {"pore_compressibility", (PetscReal)1e-9, "1/Pa", 0, NONE, OPEN, REAL,
+                                  "Compressibility of pores and fluid together", PROBLEM},
+  [FAULT_FLUID_VISCOSITY] = {"fluid_viscosity", (PetscReal)1e-3, "Pa s", 0, NONE, OPEN, REAL,
+                             "Dynamic viscosity of the pore fluid", PROBLEM},
+  [FAULT_APERTURE] = {"aperture", 1, "m", 0, MESH_MAX_REACH, OPEN, REAL,
+                      "Thickness of the layer along the fault that conducts and stores fluid", PROBLEM},
+  [FAULT_LEAKOFF] = {"leakoff", 0, "m/(Pa s)", 0, NONE, SHUT, REAL,
+                     "Volume of fluid that leaves the fault into the rock, per time, area and pressure", PROBLEM},
+  [FAULT_BORDER_PRESSURE] = {"border_pressure", (PetscReal)NAN, "Pa", ANY, NONE, SHUT, REAL,
+                             "Fluid pressure held at the border of the fault (default: none, as -fault_fluid_border "
+                             "says); usually a field of -fault_parameters, NaN in cells without such a border",
+                             PROBLEM},
+  [FAULT_FLUID_SOURCE] = {"fluid_source", 0, "m/s", ANY, NONE, SHUT, REAL,
+                          "Volume of fluid that enters the fault all the time, per time and area", PROBLEM},
+  [FAULT_FLUID_PRESSURE] = {"fluid_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
+                            "Fluid pressure at the start, in excess of that at which -fault_normal_stress is effective",
+                            PROBLEM},
+  [FAULT_FLUID_TOLERANCE] = {"fluid_tolerance", (PetscReal)1e-3, "", 1e-12, (PetscReal)0.1, SHUT, REAL,
+                             "Relative error of fluid pressure in a step of the diffusion", PROBLEM},
   [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
                                   "Relative excess of the critical start over the strength", PROBLEM},
   [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
@@ -182,30 +222,41 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                         OUTPUT},
 };
 
-/* The number that each field replaces; slides: only laws whose cells always slide use it */
+/* The number that each field replaces, and who uses it: any fault, laws whose cells always slide, or pore fluid */
+enum { EVERY, SLIDES, FLOWS };
 static const struct {
   SlipFaultRealId real;
-  PetscBool slides;
+  int user;
 } Fields[FAULT_NUM_FIELDS] = {
-  [FIELD_NORMAL_STRESS] = {FAULT_NORMAL_STRESS, PETSC_FALSE},
-  [FIELD_FRICTION_RESIDUAL] = {FAULT_FRICTION_RESIDUAL, PETSC_FALSE},
-  [FIELD_FRICTION_DROP] = {FAULT_FRICTION_DROP, PETSC_FALSE},
-  [FIELD_FRICTION_SLIP] = {FAULT_FRICTION_SLIP, PETSC_FALSE},
-  [FIELD_FRICTION_RATE] = {FAULT_FRICTION_RATE, PETSC_FALSE},
-  [FIELD_LOADING_RATE] = {FAULT_LOADING_RATE, PETSC_FALSE},
-  [FIELD_HEALING_TIME] = {FAULT_HEALING_TIME, PETSC_FALSE},
-  [FIELD_INITIAL_TRACTION] = {FAULT_INITIAL_TRACTION, PETSC_FALSE},
-  [FIELD_STRESSING_RATE] = {FAULT_STRESSING_RATE, PETSC_FALSE},
-  [FIELD_FRICTION_A] = {FAULT_FRICTION_A, PETSC_TRUE},
-  [FIELD_FRICTION_B] = {FAULT_FRICTION_B, PETSC_TRUE},
-  [FIELD_FRICTION_ALPHA] = {FAULT_FRICTION_ALPHA, PETSC_TRUE},
-  [FIELD_FRICTION_REFERENCE] = {FAULT_FRICTION_REFERENCE, PETSC_TRUE},
-  [FIELD_INITIAL_RATE] = {FAULT_INITIAL_RATE, PETSC_TRUE},
-  [FIELD_INITIAL_STATE] = {FAULT_INITIAL_STATE, PETSC_TRUE},
-  [FIELD_CREEP] = {FAULT_CREEP, PETSC_TRUE},
-  [FIELD_RAKE] = {FAULT_RAKE, PETSC_FALSE},
-  [FIELD_THERMAL_PRESSURISATION] = {FAULT_THERMAL_PRESSURISATION, PETSC_FALSE},
-  [FIELD_DILATANCY] = {FAULT_DILATANCY, PETSC_TRUE},
+  [FIELD_NORMAL_STRESS] = {FAULT_NORMAL_STRESS, EVERY},
+  [FIELD_FRICTION_RESIDUAL] = {FAULT_FRICTION_RESIDUAL, EVERY},
+  [FIELD_FRICTION_DROP] = {FAULT_FRICTION_DROP, EVERY},
+  [FIELD_FRICTION_SLIP] = {FAULT_FRICTION_SLIP, EVERY},
+  [FIELD_FRICTION_RATE] = {FAULT_FRICTION_RATE, EVERY},
+  [FIELD_LOADING_RATE] = {FAULT_LOADING_RATE, EVERY},
+  [FIELD_HEALING_TIME] = {FAULT_HEALING_TIME, EVERY},
+  [FIELD_INITIAL_TRACTION] = {FAULT_INITIAL_TRACTION, EVERY},
+  [FIELD_STRESSING_RATE] = {FAULT_STRESSING_RATE, EVERY},
+  [FIELD_FRICTION_A] = {FAULT_FRICTION_A, SLIDES},
+  [FIELD_FRICTION_B] = {FAULT_FRICTION_B, SLIDES},
+  [FIELD_FRICTION_ALPHA] = {FAULT_FRICTION_ALPHA, SLIDES},
+  [FIELD_FRICTION_REFERENCE] = {FAULT_FRICTION_REFERENCE, SLIDES},
+  [FIELD_INITIAL_RATE] = {FAULT_INITIAL_RATE, SLIDES},
+  [FIELD_INITIAL_STATE] = {FAULT_INITIAL_STATE, SLIDES},
+  [FIELD_CREEP] = {FAULT_CREEP, SLIDES},
+  [FIELD_RAKE] = {FAULT_RAKE, EVERY},
+  [FIELD_THERMAL_PRESSURISATION] = {FAULT_THERMAL_PRESSURISATION, EVERY},
+  [FIELD_DILATANCY] = {FAULT_DILATANCY, SLIDES},
+  [FIELD_PERMEABILITY] = {FAULT_PERMEABILITY, FLOWS},
+  [FIELD_PERMEABILITY_RATIO] = {FAULT_PERMEABILITY_RATIO, FLOWS},
+  [FIELD_PERMEABILITY_MAXIMUM] = {FAULT_PERMEABILITY_MAXIMUM, FLOWS},
+  [FIELD_POROSITY] = {FAULT_POROSITY, FLOWS},
+  [FIELD_PORE_COMPRESSIBILITY] = {FAULT_PORE_COMPRESSIBILITY, FLOWS},
+  [FIELD_APERTURE] = {FAULT_APERTURE, FLOWS},
+  [FIELD_LEAKOFF] = {FAULT_LEAKOFF, FLOWS},
+  [FIELD_BORDER_PRESSURE] = {FAULT_BORDER_PRESSURE, FLOWS},
+  [FIELD_FLUID_SOURCE] = {FAULT_FLUID_SOURCE, FLOWS},
+  [FIELD_FLUID_PRESSURE] = {FAULT_FLUID_PRESSURE, FLOWS},
 };
 
 /* ---- rows of the tables, followed by those of registered laws, which are all fields ---- */
@@ -250,7 +301,7 @@ PetscInt SlipFaultFindField(const char name[])
   return -1;
 }
 
-/* Returns whether the fault's law uses this field. */
+/* Returns whether the fault uses this field, once its cells are set up. */
 PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
 {
   const SlipFrictionLaw *law = NULL;
@@ -262,7 +313,10 @@ PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
     return PETSC_FALSE;
   }
   if (field < FAULT_NUM_FIELDS)
-    return !Fields[field].slides || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
+    return Fields[field].user == EVERY ||
+               (Fields[field].user == FLOWS ? fault->kind.flows : fault->friction.law->always_slides)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
   (void)SlipFaultOwnRow(field - FAULT_NUM_FIELDS, &law);
   return law == fault->friction.law ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -408,6 +462,11 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
   PetscFunctionBegin;
   if (p == &SlipFaultStrings[FAULT_FRICTION_LAW])
     for (const SlipFrictionLaw *law = SlipFrictionNext(NULL); law; law = SlipFrictionNext(law)) {
+      PetscCall(PetscStrlcat(all, law->name, sizeof(all)));
+      PetscCall(PetscStrlcat(all, "|", sizeof(all)));
+    }
+  else if (p == &SlipFaultStrings[FAULT_PERMEABILITY_LAW])
+    for (const SlipPermeabilityLaw *law = SlipPermeabilityNext(NULL); law; law = SlipPermeabilityNext(law)) {
       PetscCall(PetscStrlcat(all, law->name, sizeof(all)));
       PetscCall(PetscStrlcat(all, "|", sizeof(all)));
     }

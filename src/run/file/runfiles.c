@@ -130,6 +130,7 @@ static const struct {
   {"fault_stiffness_file", FAULT_STIFFNESS_FILE, PETSC_FALSE, 0, {""}},
   {"fault_pore_pressure", FAULT_PORE_PRESSURE, PETSC_FALSE, 0, {""}},
   {"fault_stress_history", FAULT_STRESS_HISTORY, PETSC_FALSE, 0, {""}},
+  {"fault_wells", FAULT_WELLS, PETSC_FALSE, 0, {""}},
   {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list without a file */
   {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}},
   {"fault_tolerances", FAULT_TOLERANCES, PETSC_FALSE, 0, {""}},
