@@ -1,0 +1,430 @@
+/* One implicit stage of diffusion on the cells of a fault mesh. Fluid in a fault obeys, per area,
+     S w dp/dt = div(k w/eta grad p) + sources - sinks;
+   a cell has one pressure, and each of its sides has one, which the cells that share it have in common (cell.c). The
+   fluxes that enter a side add up to zero: that is one equation for each side, after each cell's own balance has
+   given its pressure. Sides that three or more cells share, where faults meet, need nothing of their own. The matrix is
+   symmetric and positive definite, and conjugate gradients solve it for the difference from a guess.
+
+   Mass: the fluxes that the solver leaves do not cancel exactly. What is left at a side is taken in equal shares from
+   the cells there, and the balance of each cell then gives its pressure, so that fluid is conserved to rounding. That
+   change of the pressures is also the measure of the solver's error: it is the residual over the storage, which bounds
+   the error because the inverse of storage plus diffusion, times the storage, has no row whose sum exceeds one. */
+#include <slipstep/private/slipfluid.h>
+#include <slipstep/private/slipsys.h>
+
+/* Largest error of a pressure over the largest change of one by the solve */
+#define FLUID_TOLERANCE 1e-9
+enum { FLUID_PASSES = 8 };
+
+struct _SlipDiffusion {
+  MPI_Comm comm;
+  PetscInt n;
+  SlipFluidSides sides;
+  SlipFluidCell *cell; /* [n] */
+  PetscReal *t;        /* [pieces of all n cells] weights, */
+  PetscReal *total;    /* [n] their sums, */
+  PetscReal *sum;      /* [local pieces] and those of the cells that share a piece */
+  PetscReal *held;     /* [local pieces] pressure of the border, NaN elsewhere */
+  PetscReal *flux;     /* [pieces of all n cells] of the last solve, outwards [m^3/s] */
+  PetscReal *value;    /* of the matrix, cell by cell */
+  PetscReal dt;        /* the matrix is that of this step; 0: of none */
+  PetscReal noise;     /* rounding of fluxes over that of pressures, in the change of a pressure */
+  PetscBool set;
+  Vec lambda, residual, step; /* of pieces, with ghosts */
+  Mat A;
+  KSP ksp;
+};
+
+static PetscReal *Ends(SlipDiffusion d, PetscInt i, PetscReal *all)
+{
+  return all + d->sides.offset[i];
+}
+
+static PetscInt Pieces(SlipDiffusion d, PetscInt i)
+{
+  return d->sides.offset[i + 1] - d->sides.offset[i];
+}
+
+/* Prepares the places of the matrix's values: all pairs of the pieces of each cell. */
+static PetscErrorCode Matrix_SlipDiffusion(SlipDiffusion d)
+{
+  const SlipFluidSides *s = &d->sides;
+  size_t entries = 0, k = 0;
+  PetscInt *row, *column;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < d->n; i++) entries += (size_t)PetscSqr(Pieces(d, i));
+  PetscCall(PetscMalloc1(entries, &d->value));
+  PetscCall(PetscMalloc2(entries, &row, entries, &column));
+  for (PetscInt i = 0; i < d->n; i++)
+    for (PetscInt a = s->offset[i]; a < s->offset[i + 1]; a++)
+      for (PetscInt b = s->offset[i]; b < s->offset[i + 1]; b++) {
+        const PetscInt p = s->piece[a], q = s->piece[b];
+
+        row[k] = p < s->owned ? s->first + p : s->ghost[p - s->owned];
+        column[k++] = q < s->owned ? s->first + q : s->ghost[q - s->owned];
+      }
+  PetscCall(MatCreate(d->comm, &d->A));
+  PetscCall(MatSetSizes(d->A, s->owned, s->owned, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(d->A, MATAIJ));
+  PetscCall(MatSetPreallocationCOO(d->A, (PetscCount)entries, row, column));
+  PetscCall(MatSetOption(d->A, MAT_SPD, PETSC_TRUE));
+  PetscCall(PetscFree2(row, column));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[], SlipDiffusion *out)
+{
+  SlipDiffusion d;
+  PetscInt entries, local;
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&d));
+  *out = d;
+  d->comm = mesh->comm;
+  d->n = mesh->n;
+  PetscCall(SlipFluidSidesCreate(mesh, &d->sides));
+  entries = d->sides.offset[d->n];
+  local = d->sides.owned + d->sides.ghosts;
+  PetscCall(PetscCalloc1(d->n, &d->cell));
+  PetscCall(PetscMalloc5(entries, &d->t, d->n, &d->total, local, &d->sum, local, &d->held, entries, &d->flux));
+  PetscCall(PetscArrayzero(d->flux, entries));
+  for (PetscInt i = 0; i < d->n; i++) {
+    SlipFaultCell cell;
+
+    mesh->kind->cell(mesh, SlipFaultMeshRow(mesh, i), &cell);
+    SlipFluidCellShape(&cell, &d->cell[i]);
+  }
+  PetscCall(VecCreateGhost(d->comm, d->sides.owned, PETSC_DETERMINE, d->sides.ghosts, d->sides.ghost, &d->lambda));
+  PetscCall(VecDuplicate(d->lambda, &d->residual));
+  PetscCall(VecDuplicate(d->lambda, &d->step));
+  PetscCall(Matrix_SlipDiffusion(d));
+  PetscCall(KSPCreate(d->comm, &d->ksp));
+  PetscCall(KSPSetOptionsPrefix(d->ksp, prefix));
+  PetscCall(KSPSetOperators(d->ksp, d->A, d->A));
+  PetscCall(KSPSetType(d->ksp, KSPCG));
+  PetscCall(KSPGetPC(d->ksp, &pc));
+  PetscCall(PCSetType(pc, PCBJACOBI));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionDestroy(SlipDiffusion *out)
+{
+  SlipDiffusion d = *out;
+
+  PetscFunctionBegin;
+  if (!d) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPDestroy(&d->ksp));
+  PetscCall(MatDestroy(&d->A));
+  PetscCall(VecDestroy(&d->lambda));
+  PetscCall(VecDestroy(&d->residual));
+  PetscCall(VecDestroy(&d->step));
+  PetscCall(PetscFree(d->cell));
+  PetscCall(PetscFree(d->value));
+  PetscCall(PetscFree5(d->t, d->total, d->sum, d->held, d->flux));
+  PetscCall(SlipFluidSidesDestroy(&d->sides));
+  PetscCall(PetscFree(*out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds up numbers of the pieces of all cells at their pieces, of which all processes that have them get the sum. */
+static PetscErrorCode Sum_SlipDiffusion(SlipDiffusion d, const PetscReal x[], Vec sum)
+{
+  PetscReal *a;
+  Vec local;
+
+  PetscFunctionBegin;
+  PetscCall(VecGhostGetLocalForm(sum, &local));
+  PetscCall(VecZeroEntries(local));
+  PetscCall(VecGetArray(local, &a));
+  for (PetscInt k = 0; k < d->sides.offset[d->n]; k++) a[d->sides.piece[k]] += x[k];
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(sum, &local));
+  PetscCall(VecGhostUpdateBegin(sum, ADD_VALUES, SCATTER_REVERSE));
+  PetscCall(VecGhostUpdateEnd(sum, ADD_VALUES, SCATTER_REVERSE));
+  PetscCall(VecGhostUpdateBegin(sum, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGhostUpdateEnd(sum, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies coefficients, checked, and finds out whether one differs from what is there. */
+static PetscErrorCode Take_SlipDiffusion(SlipDiffusion d, const SlipDiffusionCells *from, PetscBool *differs)
+{
+  PetscInt bad = 0;
+
+  PetscFunctionBegin;
+  *differs = d->set ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt i = 0; i < d->n; i++) {
+    const SlipFluidCell old = d->cell[i];
+    SlipFluidCell *c = &d->cell[i];
+
+    c->storage = from->storage[i];
+    c->along = from->along[i];
+    c->down = from->down[i];
+    c->sink = from->sink ? from->sink[i] : 0;
+    c->border = from->border ? from->border[i] : (PetscReal)NAN;
+    if (c->storage != old.storage || c->along != old.along || c->down != old.down || c->sink != old.sink ||
+        (c->border != old.border && (c->border == c->border || old.border == old.border)))
+      *differs = PETSC_TRUE;
+    if (!(c->storage > 0 && c->along >= 0 && c->down >= 0 && c->sink >= 0) ||
+        PetscIsInfReal(c->storage + c->along + c->down + c->sink) || PetscIsInfReal(c->border))
+      if (!bad) bad = i + 1;
+  }
+  if (bad) {
+    const SlipFluidCell *c = &d->cell[bad - 1];
+
+    SETERRQ(
+      PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+      "diffusion in a cell with storage %g m^3/Pa, mobility %g and %g m^3/(Pa s), leak-off %g m^3/(Pa s) and border "
+      "pressure %g Pa: expected finite numbers, storage > 0 and no other one negative",
+      (double)c->storage, (double)c->along, (double)c->down, (double)c->sink, (double)c->border);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, differs, 1, MPIU_BOOL, MPI_LOR, d->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusionCells *cells)
+{
+  const SlipFluidSides *s = &d->sides;
+  PetscBool differs;
+  PetscReal *a;
+  Vec local;
+
+  PetscFunctionBegin;
+  PetscCall(Take_SlipDiffusion(d, cells, &differs));
+  if (!differs) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < s->owned + s->ghosts; k++) d->held[k] = (PetscReal)NAN;
+  for (PetscInt i = 0; i < d->n; i++) {
+    const PetscInt o = s->offset[i];
+
+    d->total[i] = SlipFluidCellWeights(&d->cell[i], Pieces(d, i), s->side + o, s->part + o, d->t + o);
+    for (PetscInt k = o; k < s->offset[i + 1]; k++)
+      if (s->cells[s->piece[k]] == 1) d->held[s->piece[k]] = d->cell[i].border; /* such a piece has no other owner */
+  }
+  PetscCall(Sum_SlipDiffusion(d, d->t, d->residual));
+  PetscCall(VecGhostGetLocalForm(d->residual, &local));
+  PetscCall(VecGetArray(local, &a));
+  PetscCall(PetscArraycpy(d->sum, a, s->owned + s->ghosts));
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->residual, &local));
+  d->set = PETSC_TRUE;
+  d->dt = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Assembles the matrix for a step. The rows of pieces whose pressure is held, or through which nothing can flow, are
+   those of a diagonal matrix. */
+static PetscErrorCode Assemble_SlipDiffusion(SlipDiffusion d, PetscReal dt)
+{
+  const SlipFluidSides *s = &d->sides;
+  PetscReal *value = d->value;
+
+  PetscFunctionBegin;
+  d->noise = 0;
+  for (PetscInt i = 0; i < d->n; i++) {
+    const SlipFluidCell *c = &d->cell[i];
+    const PetscInt m = Pieces(d, i), *piece = s->piece + s->offset[i];
+
+    SlipFluidCellMatrix(c, dt, m, Ends(d, i, d->t), d->total[i], value);
+    for (PetscInt a = 0; a < m; a++) {
+      if (d->sum[piece[a]] == 0) value[m * a + a] = 1;
+      if (d->held[piece[a]] != d->held[piece[a]]) continue;
+      for (PetscInt b = 0; b < m; b++)
+        if (b != a) value[m * a + b] = value[m * b + a] = 0;
+    }
+    value += m * m;
+    d->noise = PetscMax(d->noise, dt * d->total[i] / (c->storage + dt * c->sink));
+  }
+  PetscCall(SlipAllreduceLargest(d->comm, 1, &d->noise));
+  PetscCall(MatSetValuesCOO(d->A, d->value, INSERT_VALUES));
+  if (d->dt == 0) PetscCall(KSPSetFromOptions(d->ksp));
+  d->dt = dt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the pressures of sides from those of the cells: such that, if these were equal to the sides' on average, the
+   fluxes would cancel. */
+static PetscErrorCode Guess_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
+{
+  const SlipFluidSides *s = &d->sides;
+  PetscReal *a;
+  Vec local;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < d->n; i++)
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) d->flux[k] = d->t[k] * y[i];
+  PetscCall(Sum_SlipDiffusion(d, d->flux, d->lambda));
+  PetscCall(VecGhostGetLocalForm(d->lambda, &local));
+  PetscCall(VecGetArray(local, &a));
+  for (PetscInt k = 0; k < s->owned + s->ghosts; k++)
+    a[k] = d->held[k] == d->held[k] ? d->held[k] : d->sum[k] > 0 ? a[k] / d->sum[k] : 0;
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes all fluxes and d->residual, what is left of them at the sides; then takes it from the fluxes. */
+static PetscErrorCode Fluxes_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
+{
+  const SlipFluidSides *s = &d->sides;
+  PetscReal lambda[64], *a;
+  Vec local;
+
+  PetscFunctionBegin;
+  PetscCall(VecGhostGetLocalForm(d->lambda, &local));
+  PetscCall(VecGetArray(local, &a));
+  for (PetscInt i = 0; i < d->n; i++) {
+    const PetscInt m = Pieces(d, i), *piece = s->piece + s->offset[i];
+
+    for (PetscInt k = 0; k < m; k++) lambda[k] = a[piece[k]];
+    SlipFluidCellFlux(&d->cell[i], m, Ends(d, i, d->t), y[i], lambda, Ends(d, i, d->flux));
+  }
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
+  PetscCall(Sum_SlipDiffusion(d, d->flux, d->residual));
+  PetscCall(VecGhostGetLocalForm(d->residual, &local));
+  PetscCall(VecGetArray(local, &a));
+  for (PetscInt k = 0; k < s->owned + s->ghosts; k++)
+    if (d->held[k] == d->held[k]) a[k] = 0;
+  for (PetscInt k = 0; k < s->offset[d->n]; k++) d->flux[k] -= a[s->piece[k]] / (PetscReal)s->cells[s->piece[k]];
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->residual, &local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a cell lacks [m^3] at its pressure and its fluxes */
+static PetscReal Lack(SlipDiffusion d, PetscInt i, PetscReal dt, PetscReal b, PetscReal y)
+{
+  PetscReal out = 0;
+
+  for (PetscInt k = d->sides.offset[i]; k < d->sides.offset[i + 1]; k++) out += d->flux[k];
+  return b - (d->cell[i].storage + dt * d->cell[i].sink) * y - dt * out;
+}
+
+/* Improves the pressures of sides, and of cells with them: lack [n] is theirs with the fluxes of Fluxes_SlipDiffusion(),
+   residual that of the sides. */
+static PetscErrorCode Improve_SlipDiffusion(SlipDiffusion d, PetscReal dt, PetscReal tolerance, PetscReal lack[],
+                                            PetscReal y[])
+{
+  const SlipFluidSides *s = &d->sides;
+  KSPConvergedReason reason;
+  PetscReal *r, *a;
+  Vec local;
+
+  PetscFunctionBegin;
+  PetscCall(VecGhostGetLocalForm(d->residual, &local));
+  PetscCall(VecGetArray(local, &r));
+  for (PetscInt i = 0; i < d->n; i++) { /* without what was taken from the fluxes */
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++)
+      lack[i] -= dt * r[s->piece[k]] / (PetscReal)s->cells[s->piece[k]];
+    lack[i] /= d->cell[i].storage + dt * (d->cell[i].sink + d->total[i]);
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++)
+      d->flux[k] = dt * (d->t[k] * lack[i] + r[s->piece[k]] / (PetscReal)s->cells[s->piece[k]]);
+  }
+  PetscCall(VecRestoreArray(local, &r));
+  PetscCall(VecGhostRestoreLocalForm(d->residual, &local));
+  PetscCall(Sum_SlipDiffusion(d, d->flux, d->residual));
+  PetscCall(VecGetArray(d->residual, &r));
+  for (PetscInt k = 0; k < s->owned; k++)
+    if (d->held[k] == d->held[k]) r[k] = 0;
+  PetscCall(VecRestoreArray(d->residual, &r));
+  PetscCall(KSPSetTolerances(d->ksp, tolerance, 0, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(KSPSolve(d->ksp, d->residual, d->step));
+  PetscCall(KSPGetConvergedReason(d->ksp, &reason));
+  PetscCheck(reason > 0 || reason == KSP_DIVERGED_ITS, d->comm, PETSC_ERR_NOT_CONVERGED,
+             "the diffusion of fluid over %g s has no solution, %s: expected finite coefficients and sources",
+             (double)dt, KSPConvergedReasons[reason]);
+  PetscCall(VecAXPY(d->lambda, 1, d->step));
+  PetscCall(VecGhostUpdateBegin(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGhostUpdateEnd(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGhostUpdateBegin(d->step, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGhostUpdateEnd(d->step, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGhostGetLocalForm(d->step, &local));
+  PetscCall(VecGetArray(local, &a));
+  for (PetscInt i = 0; i < d->n; i++) {
+    PetscReal in = 0;
+
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) in += d->t[k] * a[s->piece[k]];
+    y[i] += lack[i] + dt * in / (d->cell[i].storage + dt * (d->cell[i].sink + d->total[i]));
+  }
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->step, &local));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal b[], PetscReal y[])
+{
+  PetscReal *start, *lack, tolerance = FLUID_TOLERANCE;
+
+  PetscFunctionBegin;
+  PetscCheck(d->set, d->comm, PETSC_ERR_ORDER, "call SlipDiffusionSet() before SlipDiffusionSolve()");
+  PetscCheck(dt > 0 && !PetscIsInfReal(dt), d->comm, PETSC_ERR_ARG_OUTOFRANGE, "a step of %g s: expected more than 0",
+             (double)dt);
+  if (dt != d->dt) PetscCall(Assemble_SlipDiffusion(d, dt));
+  PetscCall(PetscMalloc2(d->n, &start, d->n, &lack));
+  PetscCall(PetscArraycpy(start, y, d->n));
+  PetscCall(Guess_SlipDiffusion(d, y));
+  for (PetscInt pass = 0;; pass++) {
+    PetscReal size[3] = {0, 0, 0}; /* of corrections, of changes, of pressures */
+
+    PetscCall(Fluxes_SlipDiffusion(d, y));
+    for (PetscInt i = 0; i < d->n; i++) {
+      lack[i] = Lack(d, i, dt, b[i], y[i]);
+      size[0] = SlipLarger(size[0], PetscAbsReal(lack[i] / (d->cell[i].storage + dt * d->cell[i].sink)));
+      size[1] = SlipLarger(size[1], PetscAbsReal(y[i] - start[i]));
+      size[2] = SlipLarger(size[2], PetscAbsReal(y[i]));
+    }
+    PetscCall(SlipAllreduceLargest(d->comm, 3, size));
+    PetscCheck(!PetscIsInfOrNanReal(size[0]), d->comm, PETSC_ERR_FP,
+               "the diffusion of fluid over %g s: pressures or sources are not finite", (double)dt);
+    /* enough; or no more than rounding, which iterations do not lessen */
+    if (size[0] <= FLUID_TOLERANCE * size[1] || size[0] <= 4 * PETSC_MACHINE_EPSILON * (1 + d->noise) * size[2]) break;
+    PetscCheck(
+      pass < FLUID_PASSES, d->comm, PETSC_ERR_NOT_CONVERGED,
+      "the diffusion of fluid over %g s: an error of %g Pa is left of a change of %g Pa after %d solves, expected "
+      "another solver (-%s..., see -help)",
+      (double)dt, (double)size[0], (double)size[1], (int)pass, "fault_fluid_");
+    if (size[1] > 0) tolerance = PetscMax(0.3 * FLUID_TOLERANCE * size[1] / size[0], 1e-13);
+    PetscCall(Improve_SlipDiffusion(d, dt, PetscMin(tolerance, 0.1), lack, y));
+  }
+  for (PetscInt i = 0; i < d->n; i++) y[i] += lack[i] / (d->cell[i].storage + dt * d->cell[i].sink);
+  PetscCall(PetscFree2(start, lack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionFlow(SlipDiffusion d, PetscReal *border, PetscReal flux[])
+{
+  const SlipFluidSides *s = &d->sides;
+
+  PetscFunctionBegin;
+  if (border) {
+    *border = 0;
+    for (PetscInt k = 0; k < s->offset[d->n]; k++)
+      if (s->cells[s->piece[k]] == 1) *border += d->flux[k];
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, border, 1, MPIU_REAL, MPIU_SUM, d->comm));
+  }
+  for (PetscInt i = 0; i < d->n && flux; i++)
+    SlipFluidCellCentre(&d->cell[i], Pieces(d, i), s->side + s->offset[i], Ends(d, i, d->flux), flux + 2 * i);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionRadius(SlipDiffusion d, PetscReal radius[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < d->n; i++) radius[i] = SlipFluidCellRadius(&d->cell[i]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDiffusionView(SlipDiffusion d, PetscViewer viewer)
+{
+  PetscInt pieces;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetSize(d->lambda, &pieces));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "Diffusion of fluid: %" PetscInt_FMT " sides\n", pieces));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(KSPView(d->ksp, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
