@@ -9,12 +9,18 @@
    four times the stiffness of linear elements, as Arnold and Brezzi found, and both parts stand below by themselves,
    so that nothing cancels however large the step is.
    Rectangles: M by the trapezoidal rule is diagonal, u_i = 2 K L/h (p - lambda_i) of a side of length L whose opposite
-   is h away; a part of a side has its part of that. Eliminating lambda of two equal cells would leave the usual finite
-   volumes.
+   is h away. Eliminating lambda of two equal cells would leave the usual finite volumes. Where a side is cut into
+   pieces, because other cells meet it there, T is that of mimetic differences,
+     T = N K N'/A + Q' diag(t) Q,   Q = 1 - R N'/A,
+   where rows of N are outward normals times lengths, rows of R the middles of the pieces from the centre, and t the
+   weights above, in proportion to the length: R' N = A, so that a pressure that varies linearly is exact, and for a
+   rectangle of four pieces T is the diagonal matrix of t. In all cases T 1 = t.
 
    Raviart, P.-A. and Thomas, J. M., 1977, A mixed finite element method for 2nd order elliptic problems, Lecture Notes
    in Mathematics 606, 292-315.
-   Arnold, D. N. and Brezzi, F., 1985, Mixed and nonconforming finite element methods, RAIRO 19, 7-32. */
+   Arnold, D. N. and Brezzi, F., 1985, Mixed and nonconforming finite element methods, RAIRO 19, 7-32.
+   Brezzi, F., Lipnikov, K. and Simoncini, V., 2005, A family of mimetic finite difference methods on polygonal and
+   polyhedral meshes, Mathematical Models and Methods in Applied Sciences 15, 1533-1551. */
 #include <slipstep/private/slipfluid.h>
 
 void SlipFluidCellShape(const SlipFaultCell *from, SlipFluidCell *c)
@@ -47,9 +53,9 @@ static PetscReal Gradients(const PetscReal x[3][2], PetscReal g[3][2])
   return 0.5 * PetscAbsReal(twice);
 }
 
-PetscReal SlipFluidCellWeights(const SlipFluidCell *c, PetscInt pieces, const PetscInt side[], const PetscReal part[],
-                               PetscReal t[])
+PetscReal SlipFluidCellWeights(const SlipFluidCell *c, const SlipFluidPieces *p)
 {
+  PetscReal *t = p->t;
   PetscReal total = 0;
 
   if (c->corners == 3) {
@@ -62,19 +68,54 @@ PetscReal SlipFluidCellWeights(const SlipFluidCell *c, PetscInt pieces, const Pe
     t[1] = t[2] = t[0];
     return 3 * t[0];
   }
-  for (PetscInt k = 0; k < pieces; k++) {
-    const int across = side[k] % 2 ? 0 : 1; /* sides 1 and 3 are those at the ends along strike */
+  for (PetscInt k = 0; k < p->n; k++) {
+    const int across = p->side[k] % 2 ? 0 : 1;
 
-    t[k] = part[k] * 2 * (across ? c->down : c->along) * c->corner[0][1 - across] / c->corner[0][across];
+    t[k] = p->part[k] * 2 * (across ? c->down : c->along) * c->corner[0][1 - across] / c->corner[0][across];
     total += t[k];
   }
   return total;
 }
 
-void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, PetscInt pieces, const PetscReal t[], PetscReal total,
-                         PetscReal m[])
+/* Normal times length, outwards, and middle of a piece of a rectangle that begins at `begin` of its side */
+static void Piece(const SlipFluidCell *c, PetscInt side, PetscReal begin, PetscReal part, PetscReal normal[2],
+                  PetscReal middle[2])
+{
+  const int across = side % 2 ? 0 : 1; /* sides 1 and 3 are those at the ends along strike */
+  const PetscReal *half = c->corner[0], sign = side == 1 || side == 2 ? 1 : -1;
+
+  normal[across] = sign * part * 2 * half[1 - across];
+  normal[1 - across] = 0;
+  middle[across] = sign * half[across];
+  middle[1 - across] = (side < 2 ? 1 : -1) * half[1 - across] * (2 * begin + part - 1);
+}
+
+/* Computes T x of a rectangle whose sides are cut; x + shift stands for x. */
+static void Product(const SlipFluidCell *c, const SlipFluidPieces *p, const PetscReal x[], PetscReal shift,
+                    PetscReal product[])
+{
+  const PetscReal area = 4 * c->corner[0][0] * c->corner[0][1];
+  PetscReal slope[2] = {0, 0}, moment[2] = {0, 0}, normal[2], middle[2], begin = 0;
+
+  for (int pass = 0; pass < 3; pass++) /* N' x/A, then R' diag(t) Q x/A, then all */
+    for (PetscInt k = 0; k < p->n; k++) {
+      const PetscReal y = x[k] + shift;
+      PetscReal w;
+
+      begin = k && p->side[k] == p->side[k - 1] ? begin + p->part[k - 1] : 0;
+      Piece(c, p->side[k], begin, p->part[k], normal, middle);
+      w = p->t[k] * (y - middle[0] * slope[0] - middle[1] * slope[1]);
+      for (int i = 0; i < 2 && pass == 0; i++) slope[i] += normal[i] * y / area;
+      for (int i = 0; i < 2 && pass == 1; i++) moment[i] += middle[i] * w / area;
+      if (pass == 2)
+        product[k] = w + normal[0] * (c->along * slope[0] - moment[0]) + normal[1] * (c->down * slope[1] - moment[1]);
+    }
+}
+
+void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPieces *p, PetscReal total, PetscReal m[])
 {
   const PetscReal kept = c->storage + dt * c->sink, whole = kept + dt * total;
+  const PetscInt n = p->n;
 
   if (c->corners == 3) {
     PetscReal g[3][2], area = Gradients(c->corner, g);
@@ -82,22 +123,32 @@ void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, PetscInt pieces, 
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++)
         m[3 * i + j] =
-          dt * (t[0] * kept / (3 * whole) + 4 * area * (g[i][0] * c->along * g[j][0] + g[i][1] * c->down * g[j][1]));
+          dt * (p->t[0] * kept / (3 * whole) + 4 * area * (g[i][0] * c->along * g[j][0] + g[i][1] * c->down * g[j][1]));
     return;
   }
-  for (PetscInt i = 0; i < pieces; i++) {
+  if (n > 4) {
+    for (PetscInt i = 0; i < n; i++) p->gathered[i] = 0;
+    for (PetscInt i = 0; i < n; i++) {
+      p->gathered[i] = 1;
+      Product(c, p, p->gathered, 0, m + n * i);
+      p->gathered[i] = 0;
+      for (PetscInt j = 0; j < n; j++) m[n * i + j] = dt * (m[n * i + j] - p->t[i] * (dt * p->t[j] / whole));
+    }
+    return;
+  }
+  for (PetscInt i = 0; i < n; i++) {
     PetscReal others = 0;
 
-    for (PetscInt j = 0; j < pieces; j++) {
-      m[pieces * i + j] = -dt * t[i] * (dt * t[j] / whole);
-      if (j != i) others += t[j];
+    for (PetscInt j = 0; j < n; j++) {
+      m[n * i + j] = -dt * p->t[i] * (dt * p->t[j] / whole);
+      if (j != i) others += p->t[j];
     }
-    m[pieces * i + i] = dt * t[i] * ((kept + dt * others) / whole);
+    m[n * i + i] = dt * p->t[i] * ((kept + dt * others) / whole);
   }
 }
 
-void SlipFluidCellFlux(const SlipFluidCell *c, PetscInt pieces, const PetscReal t[], PetscReal p,
-                       const PetscReal lambda[], PetscReal flux[])
+void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPieces *p, PetscReal y, const PetscReal lambda[],
+                       PetscReal flux[])
 {
   if (c->corners == 3) {
     const PetscReal mean = (lambda[0] + lambda[1] + lambda[2]) / 3;
@@ -106,26 +157,23 @@ void SlipFluidCellFlux(const SlipFluidCell *c, PetscInt pieces, const PetscReal 
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 2; j++) slope[j] += g[i][j] * (lambda[i] - mean);
     for (int i = 0; i < 3; i++)
-      flux[i] = t[0] * (p - mean) - 4 * area * (g[i][0] * c->along * slope[0] + g[i][1] * c->down * slope[1]);
+      flux[i] = p->t[0] * (y - mean) - 4 * area * (g[i][0] * c->along * slope[0] + g[i][1] * c->down * slope[1]);
     return;
   }
-  for (PetscInt i = 0; i < pieces; i++) flux[i] = t[i] * (p - lambda[i]);
+  if (p->n > 4) Product(c, p, lambda, -y, flux);
+  for (PetscInt i = 0; i < p->n; i++) flux[i] = p->n > 4 ? -flux[i] : p->t[i] * (y - lambda[i]);
 }
 
-void SlipFluidCellCentre(const SlipFluidCell *c, PetscInt pieces, const PetscInt side[], const PetscReal flux[],
-                         PetscReal centre[2])
+void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPieces *p, const PetscReal flux[], PetscReal centre[2])
 {
-  PetscReal g[3][2], area = c->corners == 3 ? Gradients(c->corner, g) : 0;
+  PetscReal g[3][2], normal[2], middle[2], begin = 0;
+  const PetscReal area = c->corners == 3 ? Gradients(c->corner, g) : 4 * c->corner[0][0] * c->corner[0][1];
 
   centre[0] = centre[1] = 0;
-  for (PetscInt k = 0; k < pieces; k++) {
-    if (c->corners == 3)
-      for (int i = 0; i < 2; i++) centre[i] -= flux[k] * c->corner[k][i] / (2 * area);
-    else { /* sides 1 and 2 are those ahead, along strike and down dip; the mean of both sides */
-      const int across = side[k] % 2 ? 0 : 1;
-
-      centre[across] += (side[k] == 1 || side[k] == 2 ? 1 : -1) * flux[k] / (4 * c->corner[0][1 - across]);
-    }
+  for (PetscInt k = 0; k < p->n; k++) { /* the middle of a triangle's side is half as far as the corner opposite */
+    begin = k && p->side[k] == p->side[k - 1] ? begin + p->part[k - 1] : 0;
+    if (c->corners == 4) Piece(c, p->side[k], begin, p->part[k], normal, middle);
+    for (int i = 0; i < 2; i++) centre[i] += flux[k] * (c->corners == 3 ? -0.5 * c->corner[k][i] : middle[i]) / area;
   }
 }
 

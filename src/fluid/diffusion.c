@@ -26,6 +26,7 @@ struct _SlipDiffusion {
   PetscReal *sum;      /* [local pieces] and those of the cells that share a piece */
   PetscReal *held;     /* [local pieces] pressure of the border, NaN elsewhere */
   PetscReal *flux;     /* [pieces of all n cells] of the last solve, outwards [m^3/s] */
+  PetscReal *gathered; /* [most] pressures of the pieces of a cell */
   PetscReal *value;    /* of the matrix, cell by cell */
   PetscReal dt;        /* the matrix is that of this step; 0: of none */
   PetscReal noise;     /* rounding of fluxes over that of pressures, in the change of a pressure */
@@ -35,14 +36,12 @@ struct _SlipDiffusion {
   KSP ksp;
 };
 
-static PetscReal *Ends(SlipDiffusion d, PetscInt i, PetscReal *all)
+static SlipFluidPieces Pieces(SlipDiffusion d, PetscInt i)
 {
-  return all + d->sides.offset[i];
-}
+  const PetscInt first = d->sides.offset[i];
 
-static PetscInt Pieces(SlipDiffusion d, PetscInt i)
-{
-  return d->sides.offset[i + 1] - d->sides.offset[i];
+  return (SlipFluidPieces){d->sides.offset[i + 1] - first, d->sides.side + first, d->sides.part + first, d->t + first,
+                           d->gathered};
 }
 
 /* Prepares the places of the matrix's values: all pairs of the pieces of each cell. */
@@ -53,7 +52,7 @@ static PetscErrorCode Matrix_SlipDiffusion(SlipDiffusion d)
   PetscInt *row, *column;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < d->n; i++) entries += (size_t)PetscSqr(Pieces(d, i));
+  for (PetscInt i = 0; i < d->n; i++) entries += (size_t)PetscSqr(s->offset[i + 1] - s->offset[i]);
   PetscCall(PetscMalloc1(entries, &d->value));
   PetscCall(PetscMalloc2(entries, &row, entries, &column));
   for (PetscInt i = 0; i < d->n; i++)
@@ -88,7 +87,8 @@ PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[
   entries = d->sides.offset[d->n];
   local = d->sides.owned + d->sides.ghosts;
   PetscCall(PetscCalloc1(d->n, &d->cell));
-  PetscCall(PetscMalloc5(entries, &d->t, d->n, &d->total, local, &d->sum, local, &d->held, entries, &d->flux));
+  PetscCall(PetscMalloc6(entries, &d->t, d->n, &d->total, local, &d->sum, local, &d->held, entries, &d->flux,
+                         d->sides.most, &d->gathered));
   PetscCall(PetscArrayzero(d->flux, entries));
   for (PetscInt i = 0; i < d->n; i++) {
     SlipFaultCell cell;
@@ -122,7 +122,7 @@ PetscErrorCode SlipDiffusionDestroy(SlipDiffusion *out)
   PetscCall(VecDestroy(&d->step));
   PetscCall(PetscFree(d->cell));
   PetscCall(PetscFree(d->value));
-  PetscCall(PetscFree5(d->t, d->total, d->sum, d->held, d->flux));
+  PetscCall(PetscFree6(d->t, d->total, d->sum, d->held, d->flux, d->gathered));
   PetscCall(SlipFluidSidesDestroy(&d->sides));
   PetscCall(PetscFree(*out));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -196,10 +196,10 @@ PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusionCells *cells
   if (!differs) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < s->owned + s->ghosts; k++) d->held[k] = (PetscReal)NAN;
   for (PetscInt i = 0; i < d->n; i++) {
-    const PetscInt o = s->offset[i];
+    const SlipFluidPieces p = Pieces(d, i);
 
-    d->total[i] = SlipFluidCellWeights(&d->cell[i], Pieces(d, i), s->side + o, s->part + o, d->t + o);
-    for (PetscInt k = o; k < s->offset[i + 1]; k++)
+    d->total[i] = SlipFluidCellWeights(&d->cell[i], &p);
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++)
       if (s->cells[s->piece[k]] == 1) d->held[s->piece[k]] = d->cell[i].border; /* such a piece has no other owner */
   }
   PetscCall(Sum_SlipDiffusion(d, d->t, d->residual));
@@ -224,9 +224,10 @@ static PetscErrorCode Assemble_SlipDiffusion(SlipDiffusion d, PetscReal dt)
   d->noise = 0;
   for (PetscInt i = 0; i < d->n; i++) {
     const SlipFluidCell *c = &d->cell[i];
-    const PetscInt m = Pieces(d, i), *piece = s->piece + s->offset[i];
+    const SlipFluidPieces p = Pieces(d, i);
+    const PetscInt m = p.n, *piece = s->piece + s->offset[i];
 
-    SlipFluidCellMatrix(c, dt, m, Ends(d, i, d->t), d->total[i], value);
+    SlipFluidCellMatrix(c, dt, &p, d->total[i], value);
     for (PetscInt a = 0; a < m; a++) {
       if (d->sum[piece[a]] == 0) value[m * a + a] = 1;
       if (d->held[piece[a]] != d->held[piece[a]]) continue;
@@ -268,17 +269,17 @@ static PetscErrorCode Guess_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
 static PetscErrorCode Fluxes_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
 {
   const SlipFluidSides *s = &d->sides;
-  PetscReal lambda[64], *a;
+  PetscReal *lambda = d->gathered, *a;
   Vec local;
 
   PetscFunctionBegin;
   PetscCall(VecGhostGetLocalForm(d->lambda, &local));
   PetscCall(VecGetArray(local, &a));
   for (PetscInt i = 0; i < d->n; i++) {
-    const PetscInt m = Pieces(d, i), *piece = s->piece + s->offset[i];
+    const SlipFluidPieces p = Pieces(d, i);
 
-    for (PetscInt k = 0; k < m; k++) lambda[k] = a[piece[k]];
-    SlipFluidCellFlux(&d->cell[i], m, Ends(d, i, d->t), y[i], lambda, Ends(d, i, d->flux));
+    for (PetscInt k = 0; k < p.n; k++) lambda[k] = a[s->piece[s->offset[i] + k]];
+    SlipFluidCellFlux(&d->cell[i], &p, y[i], lambda, d->flux + s->offset[i]);
   }
   PetscCall(VecRestoreArray(local, &a));
   PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
@@ -404,8 +405,11 @@ PetscErrorCode SlipDiffusionFlow(SlipDiffusion d, PetscReal *border, PetscReal f
       if (s->cells[s->piece[k]] == 1) *border += d->flux[k];
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, border, 1, MPIU_REAL, MPIU_SUM, d->comm));
   }
-  for (PetscInt i = 0; i < d->n && flux; i++)
-    SlipFluidCellCentre(&d->cell[i], Pieces(d, i), s->side + s->offset[i], Ends(d, i, d->flux), flux + 2 * i);
+  for (PetscInt i = 0; i < d->n && flux; i++) {
+    const SlipFluidPieces p = Pieces(d, i);
+
+    SlipFluidCellCentre(&d->cell[i], &p, d->flux + s->offset[i], flux + 2 * i);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

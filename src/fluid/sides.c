@@ -25,41 +25,73 @@ static PetscInt Number(Table *t, PetscInt a, PetscInt b)
   return t->n++;
 }
 
+/* Numbers the pieces of all cells; those of this process's cells are in s, with room for `entries`. */
+static PetscErrorCode Fill(const SlipFaultMesh *mesh, const PetscInt corners[], const SlipFluidMeet *meet, Table *t,
+                           SlipFluidSides *s)
+{
+  const PetscInt ends = mesh->kind->sides;
+  PetscInt k = 0, last = 0;
+
+  PetscFunctionBegin;
+  s->first = s->most = 0;
+  s->offset[0] = 0;
+  for (PetscInt e = 0; e < mesh->N; e++) {
+    const size_t row = (size_t)SlipFaultMeshRowOf(mesh, e);
+    const PetscBool ours = e >= mesh->start && e < mesh->start + mesh->n ? PETSC_TRUE : PETSC_FALSE;
+
+    if (e == mesh->start) s->first = t->n;
+    for (PetscInt c = 0; c < ends; c++) {
+      const size_t side = ends * row + c;
+      const PetscInt pieces = meet ? meet->first[side + 1] - meet->first[side] + 1 : 1;
+      const SlipFluidCut *cut = meet ? meet->cut + meet->first[side] : NULL;
+
+      for (PetscInt j = 0; j < pieces; j++) {
+        const PetscInt a = j ? cut[j - 1].point : corners[side];
+        const PetscInt b = j + 1 < pieces ? cut[j].point : corners[ends * row + (c + 1) % ends];
+        const PetscInt piece = Number(t, a, b);
+
+        if (!ours) continue;
+        s->piece[k] = piece;
+        s->side[k] = c;
+        s->part[k++] = (j + 1 < pieces ? cut[j].part : 1) - (j ? cut[j - 1].part : 0);
+      }
+    }
+    if (!ours) continue;
+    s->offset[e - mesh->start + 1] = k;
+    s->most = PetscMax(s->most, k - s->offset[e - mesh->start]);
+    last = t->n;
+  }
+  s->owned = last - s->first;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *s)
 {
   const PetscInt ends = mesh->kind->sides;
-  PetscInt *corners, *sorted, entries = ends * mesh->n, last = 0, place;
+  const PetscBool list = mesh->kind == &SlipFaultMeshList ? PETSC_TRUE : PETSC_FALSE;
+  PetscInt *corners, *sorted, entries = ends * mesh->n, place;
+  size_t all = ends * (size_t)mesh->N;
   PetscReal *points;
+  SlipFluidMeet meet;
   Table t = {.n = 0};
 
   PetscFunctionBegin;
-  PetscCheck(mesh->kind != &SlipFaultMeshList, mesh->comm, PETSC_ERR_SUP,
-             "fluid diffuses in uniform grids and triangles only, not in rectangles of -fault_mesh");
-  PetscCall(PetscMalloc2(3 * (size_t)mesh->npoints, &points, ends * (size_t)mesh->N, &corners));
+  PetscCall(PetscMalloc2(3 * (size_t)mesh->npoints, &points, all, &corners));
   PetscCall(mesh->kind->corners(mesh, points, corners));
-  PetscCall(PetscMalloc4(mesh->npoints, &t.head, ends * (size_t)mesh->N, &t.next, ends * (size_t)mesh->N, &t.high,
-                         ends * (size_t)mesh->N, &t.cells));
-  for (PetscInt p = 0; p < mesh->npoints; p++) t.head[p] = -1;
-  PetscCall(PetscMalloc4(mesh->n + 1, &s->offset, entries, &s->piece, entries, &s->side, entries, &s->part));
-  for (PetscInt e = 0, k = 0; e < mesh->N; e++) {
-    const PetscInt *corner = corners + ends * (size_t)SlipFaultMeshRowOf(mesh, e), i = e - mesh->start;
+  if (list) {
+    PetscCall(SlipFluidMeetCreate(mesh->N, points, &meet));
+    all += (size_t)meet.first[4 * (size_t)mesh->N];
+    for (PetscInt i = mesh->start; i < mesh->start + mesh->n; i++) {
+      const size_t row = (size_t)SlipFaultMeshRowOf(mesh, i);
 
-    if (!i) s->first = t.n;
-    for (PetscInt c = 0; c < ends; c++) {
-      const PetscInt piece = Number(&t, corner[c], corner[(c + 1) % ends]);
-
-      if (i < 0 || i >= mesh->n) continue;
-      s->piece[k] = piece;
-      s->side[k] = c;
-      s->part[k++] = 1;
-    }
-    if (i >= 0 && i < mesh->n) {
-      s->offset[i + 1] = k;
-      last = t.n;
+      entries += meet.first[4 * row + 4] - meet.first[4 * row];
     }
   }
-  s->offset[0] = 0;
-  s->owned = last - s->first;
+  PetscCall(PetscMalloc4(mesh->npoints, &t.head, all, &t.next, all, &t.high, all, &t.cells));
+  for (PetscInt p = 0; p < mesh->npoints; p++) t.head[p] = -1;
+  PetscCall(PetscMalloc4(mesh->n + 1, &s->offset, entries, &s->piece, entries, &s->side, entries, &s->part));
+  PetscCall(Fill(mesh, list ? meet.point : corners, list ? &meet : NULL, &t, s));
+  if (list) PetscCall(SlipFluidMeetDestroy(&meet));
   /* pieces that processes before this one own are ghosts, ascending */
   PetscCall(PetscMalloc1(entries, &sorted));
   s->ghosts = 0;

@@ -2,8 +2,6 @@
 #pragma once
 #include <slipstep/rooms/slipfluid.h>
 
-enum { FLUID_ENDS = 4 }; /* most sides of a cell */
-
 /* The sides of the cells of this process, in pieces. A piece belongs to a side of a cell as a whole, or to a part of
    it where rectangles meet that are not equal. "Local" numbers of pieces count those that this process owns, then the
    ghosts; a process owns the pieces whose first cell, in the order of the mesh, is its own. */
@@ -12,6 +10,7 @@ typedef struct {
   PetscInt first;         /* number of the first owned one among those of all processes */
   PetscInt *ghost;        /* [ghosts] their numbers among those of all processes */
   PetscInt *cells;        /* [owned + ghosts] how many cells share a piece */
+  PetscInt most;          /* of a cell of this process */
   PetscInt *offset;       /* [n + 1] of the pieces of a cell in the arrays below */
   PetscInt *piece;        /* local number */
   PetscInt *side;         /* which side of the cell, 0 to 3: between corners side and side + 1 */
@@ -21,6 +20,22 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *sides); /* sides.c */
 PETSC_INTERN PetscErrorCode SlipFluidSidesDestroy(SlipFluidSides *sides);
 
+/* meet.c: a point on a side, and where it is from the side's begin to its end, 0 to 1 */
+typedef struct {
+  PetscInt point;
+  PetscReal part;
+} SlipFluidCut;
+
+/* Side k of the rectangles goes from corner k to the next one, 4 for each cell. */
+typedef struct {
+  PetscInt *point;   /* [4 N] corners at one place have one number */
+  PetscInt *first;   /* [4 N + 1] of each side in cut[] */
+  SlipFluidCut *cut; /* in order along the side */
+} SlipFluidMeet;
+
+PETSC_INTERN PetscErrorCode SlipFluidMeetCreate(PetscInt N, const PetscReal points[], SlipFluidMeet *meet);
+PETSC_INTERN PetscErrorCode SlipFluidMeetDestroy(SlipFluidMeet *meet);
+
 /* cell.c: one cell; its corners in the plane of the cell, along strike and down dip, from its centre [m] */
 typedef struct {
   PetscReal storage, along, down, sink, border; /* as in SlipDiffusionCells */
@@ -28,18 +43,24 @@ typedef struct {
   PetscReal corner[3][2];                       /* of triangles: corner[k] is opposite of side k */
 } SlipFluidCell;
 
+/* The pieces of one cell, which are in the order of the sides and along each */
+typedef struct {
+  PetscInt n;
+  const PetscInt *side;
+  const PetscReal *part;
+  PetscReal *t; /* what flows out through a piece per pressure of the cell above that of all pieces [m^3/(Pa s)] */
+  PetscReal *gathered; /* [n] work */
+} SlipFluidPieces;
+
 PETSC_INTERN void SlipFluidCellShape(const SlipFaultCell *from, SlipFluidCell *cell);
-/* t [pieces]: what flows out through a piece per pressure of the cell above that of the piece [m^3/(Pa s)]. Returns
-   their sum. */
-PETSC_INTERN PetscReal SlipFluidCellWeights(const SlipFluidCell *c, PetscInt pieces, const PetscInt side[],
-                                            const PetscReal part[], PetscReal t[]);
-/* Matrix of a cell [pieces][pieces] for the pressures of its pieces after its own was eliminated [m^3/Pa] */
-PETSC_INTERN void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, PetscInt pieces, const PetscReal t[],
-                                      PetscReal total, PetscReal matrix[]);
-/* What flows out through its pieces [m^3/s] at its pressure p and those of the pieces */
-PETSC_INTERN void SlipFluidCellFlux(const SlipFluidCell *c, PetscInt pieces, const PetscReal t[], PetscReal p,
+PETSC_INTERN PetscReal SlipFluidCellWeights(const SlipFluidCell *c, const SlipFluidPieces *p); /* sets t; their sum */
+/* Matrix of a cell [n][n] for the pressures of its pieces after its own was eliminated [m^3/Pa] */
+PETSC_INTERN void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPieces *p, PetscReal total,
+                                      PetscReal matrix[]);
+/* What flows out through its pieces [m^3/s] at its pressure y and those of the pieces */
+PETSC_INTERN void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPieces *p, PetscReal y,
                                     const PetscReal lambda[], PetscReal flux[]);
 /* The Darcy flux times width at its centre [m^2/s] */
-PETSC_INTERN void SlipFluidCellCentre(const SlipFluidCell *c, PetscInt pieces, const PetscInt side[],
-                                      const PetscReal flux[], PetscReal centre[2]);
+PETSC_INTERN void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPieces *p, const PetscReal flux[],
+                                      PetscReal centre[2]);
 PETSC_INTERN PetscReal SlipFluidCellRadius(const SlipFluidCell *c);
