@@ -151,6 +151,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
     }
     PetscCall(SlipLoadsTermsView(&fault->loads, viewer));
     PetscCall(SlipFaultZoneView(fault, viewer));
+    PetscCall(SlipFaultFluidView(fault, viewer));
     PetscCall(ViewOperators(fault, viewer));
   }
   PetscCall(PetscViewerASCIIPopTab(viewer));

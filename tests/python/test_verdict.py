@@ -261,7 +261,7 @@ class Verdict(Runs):
                         loaded,
                         [*loaded, "-fault_friction_law", "rate_and_state", "-fault_friction_slip", "0.02"]):
             run = self.run_fault(*heat, *options)
-            self.assertIn("not estimated (not calibrated with heat and pressure across the fault)", run["text"])
+            self.assertIn("not estimated (not calibrated where slip changes the pore pressure)", run["text"])
             self.assertNotIn("likely", run["text"])
 
     def test_factors_of_a_file(self):

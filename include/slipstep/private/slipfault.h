@@ -12,6 +12,7 @@
 #include <slipstep/private/slipfaultcells.h>
 #include <slipstep/private/sliploops.h>
 #include <slipstep/private/slipfaultknown.h>
+#include <slipstep/private/slipfaultfluid.h>
 #include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipfaultoperators.h>
@@ -143,6 +144,7 @@ struct _p_SlipFault {
   SlipFaultKnown known;
   SlipFaultCoupling coupling;
   SlipFaultZone zone;
+  SlipFaultFluid fluid;
   struct _n_SlipFaultRun *run;                           /* of src/record */
   PetscErrorCode (*told)(SlipFault fault, const char[]); /* called before long parts of the set-up */
   Vec work[FAULT_WORK];                                  /* of slip, SlipFaultGetWork() */
@@ -240,6 +242,12 @@ static inline PetscReal SlipFaultLargest(SlipFault fault, const PetscReal x[], P
 static inline PetscBool SlipFaultNormalFollows(SlipFault fault)
 {
   return fault->kind.coupled || fault->zone.presses ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Does slip change the pressure of fluid, across the fault or along it? */
+static inline PetscBool SlipFaultPressureFollows(SlipFault fault)
+{
+  return fault->zone.presses || fault->fluid.follows ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* The unit vector of the rake of cell i */

@@ -55,6 +55,9 @@ typedef struct {
   PetscReal *corners; /* [ncorners] times of all records, ascending [s] */
   PetscReal soft;     /* stiffness of the fault as a whole [Pa/m]; 0: not computed */
   SlipFaultSource source;
+  PetscInt nwells;
+  struct _w { int a; } *dummy;
+  SlipFaultWell *wells;
   SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and its [n] values */
   void *ctx;
   PetscReal *own;
@@ -89,6 +92,7 @@ static inline PetscBool SlipLoadsChange(const SlipFaultLoads *loads)
 PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out);
 PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
 PETSC_EXTERN PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]); /* [n] [Pa] */
+PETSC_INTERN PetscErrorCode SlipLoadsBare(const SlipFaultLoads *loads, PetscReal t, PetscReal stress[]);
 PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t);             /* loads->own */
 PETSC_INTERN PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share);
 PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);

@@ -23,7 +23,7 @@ typedef struct {
 } SlipFaultZone;
 
 /* Why estimates of errors do not hold where it changes strength */
-#define SLIP_ZONE_UNCALIBRATED "not calibrated with heat and pressure across the fault"
+#define SLIP_ZONE_UNCALIBRATED "not calibrated where slip changes the pore pressure"
 
 PETSC_INTERN PetscErrorCode SlipFaultZoneSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultZoneDestroy(SlipFault fault);

@@ -1,5 +1,5 @@
 /* Computes what loads and unclamps a fault in time: the shear stress at the start and its rate, the pore pressure of a
-   record, a function or a point source, and the terms of terms.c. */
+   record, a function, a point source or fluid that diffuses (fluid.c), and the terms of terms.c. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -157,8 +157,8 @@ PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the pore pressure of the cells of this process at t [Pa]. */
-PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
+/* Computes the pore pressure of the cells of this process at t [Pa], without that of the fluid that diffuses. */
+static PetscErrorCode GivenPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
   const PetscReal scale = loads->source.pressure, stop = loads->source.stop, D = loads->source.diffusivity;
 
@@ -178,6 +178,25 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
   if (!loads->function) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLoadsOwnPressure(loads, t));
   for (PetscInt i = 0; i < loads->n; i++) p[i] += loads->own[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the pore pressure of the cells of this process at t [Pa]. Collective. */
+PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
+{
+  PetscFunctionBegin;
+  PetscCall(GivenPressure(loads, t, p));
+  if (loads->fault->fluid.on) PetscCall(SlipFaultFluidPressure(loads->fault, t, p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the normal stress at t [n] [Pa] without any slip and without the fluid that diffuses; it may be negative. */
+PetscErrorCode SlipLoadsBare(const SlipFaultLoads *loads, PetscReal t, PetscReal stress[])
+{
+  PetscFunctionBegin;
+  PetscCall(GivenPressure(loads, t, stress));
+  SlipLoadsAddTerms(loads, t, PETSC_FALSE, NULL, NULL, stress);
+  for (PetscInt i = 0; i < loads->n; i++) stress[i] = loads->normal[i] - stress[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -282,8 +301,9 @@ PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
 PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration)
 {
   const PetscReal stop = loads->source.stop, course = SlipLoadsScale(loads, t);
-  const PetscReal scale = PetscMin(loads->function ? duration / 1000 : NEVER, course < NEVER ? course / 64 : NEVER);
+  PetscReal scale = PetscMin(loads->function ? duration / 1000 : NEVER, course < NEVER ? course / 64 : NEVER);
 
+  if (loads->fault->fluid.on) scale = PetscMin(scale, SlipFaultFluidScale(loads->fault, t));
   if (!loads->source.distance2) return scale;
   return PetscMin(scale, (stop > 0 && t >= stop ? t - stop : t) / 20 + loads->source.time / 1000);
 }
@@ -316,7 +336,9 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCall(SourceSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));
-  loads->pore = loads->pressed = loads->rows || loads->source.distance2 || loads->function ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipFaultFluidSetUp(fault));
+  loads->pore = loads->pressed =
+    loads->rows || loads->source.distance2 || loads->function || fault->fluid.on ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipLoadsTermsSetUp(loads));
   for (PetscInt k = 0; k < loads->nterms; k++) {
     if (loads->terms[k].normal) loads->pressed = PETSC_TRUE;
@@ -356,6 +378,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   PetscCall(PetscFree(loads->source.distance2));
   PetscCall(PetscFree(loads->own));
   PetscCall(SlipLoadsTermsDestroy(loads));
+  PetscCall(SlipFaultFluidDestroy(fault));
   PetscCall(PetscFree(fault->friction.healing));
   PetscCall(SlipLoadDestroy(&fault->known.load));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -162,7 +162,9 @@ static void Pressure(SlipFault fault, const PetscReal past[], PetscInt i, PetscR
 
   *gain = lambda * z->pressure.heat * slip / 2;
   *fixed = lambda * z->left[i] + *gain * b[STRESS];
-  if (z->dilates)
+  if (z->dilates && fault->fluid.on)
+    *fixed += SlipFaultFluidUndrained(fault, i, z->to - z->time[z->slot], psi - b[PSI], b[PSI_RATE]);
+  else if (z->dilates)
     *fixed +=
       z->dilatancy.left * b[SUCTION] + fault->fields.cell[FIELD_DILATANCY][i] / z->storage *
                                          (z->dilatancy.start * b[PSI_RATE] + z->dilatancy.heat * (psi - b[PSI]));
@@ -311,7 +313,7 @@ PetscErrorCode SlipFaultZoneError(SlipFault fault, PetscReal rtol, PetscReal t, 
     PetscReal error =
       cell[FIELD_THERMAL_PRESSURISATION][i] * z->pressure.curve * (b[POWER] + b[STRESS] * (speed - 2 * slip / h));
 
-    if (z->dilates)
+    if (z->dilates && !fault->fluid.on)
       error += cell[FIELD_DILATANCY][i] / z->storage * z->dilatancy.curve *
                (b[PSI_RATE] + PsiRate(fault, i, a, speed) - 2 * (a[SlipFaultStateAt(fault, i)] - b[PSI]) / h);
 

@@ -93,7 +93,7 @@ PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, con
     *why = "not calibrated for such steps";
   else if (!pi)
     *why = "not calibrated for this controller";
-  else if (fault->zone.presses)
+  else if (SlipFaultPressureFollows(fault))
     *why = SLIP_ZONE_UNCALIBRATED;
   else if (!IsCycle(fault))
     *why = fault->loads.pore                ? "not calibrated under a pore pressure"

@@ -148,7 +148,7 @@ PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *erro
     *why = "not calibrated for such steps";
   else if (!basic)
     *why = "not calibrated for this controller";
-  else if (fault->zone.presses)
+  else if (SlipFaultPressureFollows(fault))
     *why = SLIP_ZONE_UNCALIBRATED;
   else if (speed * t > (PetscReal)0.1 * displacement)
     *why = "the fault still slides";

@@ -80,7 +80,7 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
   if (fault->kind.driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
   if (!fault->kind.driven && !fault->critical.known)
     *why = "the fault does not start from its instability, whose scales the policy needs (-fault_initial)";
-  if (fault->zone.presses) *why = "pressure across the fault changes its strength";
+  if (SlipFaultPressureFollows(fault)) *why = "slip changes the pore pressure";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,11 +135,12 @@ static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E,
 
 /* ---- a medium or shear zones with memory ---- */
 
-/* Friction of a state from which shear zones go on */
+/* Friction of a state from which shear zones go on, and a fluid whose permeability follows normal stress */
 static PetscErrorCode ZoneFriction(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction)
 {
   PetscFunctionBegin;
-  if (fault->zone.on) PetscCall(SlipFaultGetFrictionOf(fault, t, w, friction));
+  friction->stress = NULL;
+  if (fault->zone.on || (fault->fluid.stressed && fault->kind.coupled)) PetscCall(SlipFaultGetFrictionOf(fault, t, w, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,6 +157,7 @@ static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, v
   if (first) SlipFaultZoneForget(fault);
   PetscCall(ZoneFriction(fault, t, w, &friction)); /* by the medium's history of the step before */
   PetscCall(SlipFaultZoneAccept(fault, t, w, &friction));
+  PetscCall(SlipFaultFluidAccept(fault, t, w, first, fault->kind.coupled ? friction.stress : NULL));
   PetscCall(SlipElasticAccept(fault->medium, t, u, first));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -173,6 +175,7 @@ static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(ZoneFriction(fault, t, w, &friction));
   PetscCall(SlipFaultZoneAdvance(fault, t, w, &friction));
+  PetscCall(SlipFaultFluidAdvance(fault, t, w, fault->kind.coupled ? friction.stress : NULL));
   PetscCall(SlipElasticAdvance(fault->medium, t, u));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -183,6 +186,7 @@ static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
   PetscFunctionBegin;
   (void)ts;
   PetscCall(SlipFaultZoneRollBack((SlipFault)ctx));
+  PetscCall(SlipFaultFluidRollBack((SlipFault)ctx));
   PetscCall(SlipElasticRollBack(((SlipFault)ctx)->medium));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -190,12 +194,17 @@ static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
 static PetscErrorCode HistoryError_Fault(TS ts, PetscReal t, Vec w, PetscReal *E, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  PetscReal rtol;
+  PetscReal rtol, fluid;
 
   PetscFunctionBegin;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(SlipFaultFluidError(fault, rtol, t, w, &fluid));
+  *E = 0;
   /* explicit steps: the rate of w is that of the start, and the last right-hand side was at its end */
-  PetscCall(SlipFaultZoneError(fault, rtol, t, w, fault->problem.steps.any_integrator ? fault->balance.rate : NULL, E));
+  if (fault->zone.presses)
+    PetscCall(
+      SlipFaultZoneError(fault, rtol, t, w, fault->problem.steps.any_integrator ? fault->balance.rate : NULL, E));
+  *E = PetscMax(*E, fluid);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -349,8 +358,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   PetscFunctionBegin;
   PetscCall(SlipElasticRemembers(fault->medium, &remembers));
-  if (fault->zone.on) remembers = PETSC_TRUE;
-  if (fault->zone.presses) problem->history.error = HistoryError_Fault;
+  if (fault->zone.on || fault->fluid.on) remembers = PETSC_TRUE;
+  if (SlipFaultPressureFollows(fault)) problem->history.error = HistoryError_Fault;
   if (remembers) {
     problem->history.accept = Accept_Fault;
     problem->history.advance = Advance_Fault;

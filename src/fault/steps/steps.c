@@ -173,7 +173,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   *learned = Kinds[kind].learned > 0 && SlipFaultAccuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
   if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* policies exceed the accuracy on half of these, pi on none */
-  if (fault->zone.presses) *learned = PETSC_FALSE;   /* no policy was trained for it */
+  if (SlipFaultPressureFollows(fault)) *learned = PETSC_FALSE; /* no policy was trained for it */
   if (!IsTrainedLaw(fault->friction.law->name)) *learned = PETSC_FALSE;
   PetscCall(NamesClassical(fault, ts, fault->problem.control.controller, &named));
   if (named) *learned = PETSC_FALSE;
@@ -266,7 +266,7 @@ PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error)
 
   PetscFunctionBegin;
   *error = 0;
-  if (!HasToleranceError(fault) || fault->zone.presses) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!HasToleranceError(fault) || SlipFaultPressureFollows(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));

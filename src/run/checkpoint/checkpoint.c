@@ -128,6 +128,7 @@ static PetscErrorCode VisitFaultState(SlipFault fault, SlipState s, TS ts)
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipElasticVisit(fault->medium, s));
   PetscCall(SlipFaultZoneVisit(fault, s));
+  PetscCall(SlipFaultFluidVisit(fault, s));
   /* without a step to take there are no observers, and files stay as they are */
   PetscCall(left ? SlipFaultObserversVisit(fault, s) : SlipFaultObserversDestroy(fault));
   PetscFunctionReturn(PETSC_SUCCESS);

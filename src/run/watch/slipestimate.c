@@ -176,7 +176,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (fault->zone.presses)
+  if (SlipFaultPressureFollows(fault))
     *why = SLIP_ZONE_UNCALIBRATED;
   else if (fault->loads.pore)
     *why = "not calibrated under a pore pressure";

@@ -1,0 +1,518 @@
+/* Computes the pressure of pore fluid that diffuses in the cells of a fault:
+
+      C dp/dt = - outflow of (k w/eta) grad p through sides + wells + source - leak p,
+
+   p: in excess of the hydrostatic pressure, C = porosity compressibility w A, w: aperture, A: area. The operator is
+   SlipDiffusion (src/fluid), the permeability a law of core/permeability.c.
+
+   A step of the diffusion is an implicit Runge-Kutta step of two stages and order 2 (SDIRK, Alexander 1977) with the
+   permeability in the middle of the step, so that it needs one matrix. Its third derivative gives the error, and that
+   the next step. Pressure within a step is the parabola through its ends and the first stage; volumes follow by the
+   same weights, so that mass is exact at any time. Steps begin at the history (fluidhistory.c), and end where wells
+   change. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultfluid.h>
+#include <slipstep/private/slipfaultwells.h>
+#include <math.h>
+
+#define ERROR_CONSTANT 0.0404401145198802970 /* |1/6 - 3 SLIP_FLUID_GAMMA^2 + 2 SLIP_FLUID_GAMMA^3|, of h^3 d3p/dt3 */
+#define SAFETY 0.8
+#define GROWTH 2.5
+#define LEAST_SHARE 0.2
+#define MOST_REJECTIONS 100
+#define SMALL_PRESSURE 1e-6 /* of the normal stress: errors below the tolerance of it do not matter */
+
+/* ---- set-up ---- */
+
+static SlipPermeability Law(SlipFault fault, PetscInt i)
+{
+  const PetscReal *value = fault->options.value, healing = value[FAULT_PERMEABILITY_HEALING_TIME];
+
+  return (SlipPermeability){.start = fault->fields.cell[FIELD_PERMEABILITY][i],
+                            .maximum = fault->fields.cell[FIELD_PERMEABILITY_MAXIMUM][i],
+                            .slip = value[FAULT_PERMEABILITY_SLIP],
+                            .healing = healing > 0 ? 1 / healing : 0,
+                            .stress = value[FAULT_PERMEABILITY_STRESS],
+                            .normal = fault->fields.cell[FIELD_NORMAL_STRESS][i],
+                            .ctx = fault->fluid.law->ctx};
+}
+
+static PetscErrorCode CreateNode(PetscInt n, SlipFluidNode *node)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc3(n + 1, &node->pressure, n + 1, &node->rate, n + 1, &node->state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void CopyNode(PetscInt n, const SlipFluidNode *from, SlipFluidNode *to)
+{
+  for (PetscInt i = 0; i < n; i++) {
+    to->pressure[i] = from->pressure[i];
+    to->rate[i] = from->rate[i];
+    to->state[i] = from->state[i];
+  }
+  for (int k = 0; k < FLUID_NUM_VOLUMES; k++) to->volume[k] = from->volume[k];
+  to->time = from->time;
+  to->next = from->next;
+  to->fresh = from->fresh;
+}
+
+/* Sets the coefficients of the cells, those of the operator at the start, and what follows of them. */
+static PetscErrorCode SetUpCells(SlipFault fault)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const SlipFaultMesh *mesh = &fault->mesh;
+  const PetscReal *const *cell = (const PetscReal *const *)fault->fields.cell;
+  PetscReal *border = f->work[FLUID_WORK_RIGHT], least = PETSC_MAX_REAL;
+  PetscBool open;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_FLUID_BORDER], "open", &open));
+  for (PetscInt i = 0; i < mesh->n; i++) {
+    const PetscReal area = mesh->weight[i] * mesh->area, w = cell[FIELD_APERTURE][i];
+
+    f->storage[i] = cell[FIELD_POROSITY][i] * cell[FIELD_PORE_COMPRESSIBILITY][i] * w * area;
+    f->unit[i] = w / fault->options.value[FAULT_FLUID_VISCOSITY];
+    f->leak[i] = cell[FIELD_LEAKOFF][i] * area;
+    f->source[i] = cell[FIELD_FLUID_SOURCE][i] * area;
+    f->work[FLUID_WORK_ALONG][i] = cell[FIELD_PERMEABILITY][i] * f->unit[i];
+    f->work[FLUID_WORK_DOWN][i] = f->work[FLUID_WORK_ALONG][i] * cell[FIELD_PERMEABILITY_RATIO][i];
+    border[i] = cell[FIELD_BORDER_PRESSURE][i];
+    if (open && PetscIsNanReal(border[i])) border[i] = 0;
+    least = PetscMin(least, f->storage[i] / (4 * PetscMax(f->work[FLUID_WORK_ALONG][i], f->work[FLUID_WORK_DOWN][i])));
+  }
+  PetscCallMPI(MPI_Allreduce(&least, &f->first, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCall(PetscMalloc1(mesh->n + 1, &f->border));
+  PetscCall(PetscArraycpy(f->border, border, mesh->n));
+  PetscCall(SlipDiffusionSet(f->diffusion, &(SlipDiffusionCells){.storage = f->storage,
+                                                                 .along = f->work[FLUID_WORK_ALONG],
+                                                                 .down = f->work[FLUID_WORK_DOWN],
+                                                                 .border = f->border}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the indices of wells: the rate is (k w/eta) index (p_well - p) (Peaceman 1978). */
+static PetscErrorCode SetUpWells(SlipFault fault)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  PetscReal *radius = f->work[FLUID_WORK_GUESS];
+
+  PetscFunctionBegin;
+  PetscCall(SlipDiffusionRadius(f->diffusion, radius));
+  PetscCall(PetscMalloc1(fault->loads.nwells + 1, &f->index));
+  for (PetscInt k = 0; k < fault->loads.nwells; k++) {
+    const SlipFaultWell *well = &fault->loads.wells[k];
+    PetscReal index = 0;
+
+    if (well->spread == 0 && well->ncells) {
+      const PetscInt i = well->cell[0];
+
+      index = 2 * PETSC_PI * PetscSqrtReal(fault->fields.cell[FIELD_PERMEABILITY_RATIO][i]) /
+              PetscLogReal(radius[i] / well->radius);
+    }
+    PetscCall(SlipAllreduceLargest(fault->comm, 1, &index));
+    PetscCheck(well->spread > 0 || (index > 0 && isfinite(index)), fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s (-%sfault_wells): the well %s has the radius %g m, which is larger than a fifth of its cell: "
+               "expected a smaller radius, or larger cells",
+               fault->options.text[FAULT_WELLS], SlipFaultPrefix(fault), well->name, (double)well->radius);
+    f->index[k] = index;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscInt n = fault->mesh.n;
+  PetscInt any[2] = {0, 0}, row = PETSC_MAX_INT, dilates = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    any[fault->fields.cell[FIELD_PERMEABILITY][i] > 0 ? 0 : 1] = 1;
+    if (fault->fields.cell[FIELD_PERMEABILITY][i] == 0) row = PetscMin(row, SlipFaultMeshRow(&fault->mesh, i));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 2, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
+  f->on = any[0] ? PETSC_TRUE : PETSC_FALSE;
+  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!any[1], fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "permeability is 0 in cell %" PetscInt_FMT ", expected more than 0 m^2 in all cells, or 0 in all", row);
+  f->law = SlipPermeabilityFind(fault->options.text[FAULT_PERMEABILITY_LAW]);
+  f->stressed = f->law->value ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < n; i++) dilates |= fault->fields.cell[FIELD_DILATANCY][i] != 0;
+  PetscCallMPI(MPI_Allreduce(&dilates, &f->dilates, 1, MPIU_INT, MPI_MAX, fault->comm));
+  f->follows = f->law->evolve || (f->stressed && fault->kind.coupled) || f->dilates ? PETSC_TRUE : PETSC_FALSE;
+  f->block = FLUID_DISPLACEMENT + fault->layout.components;
+  for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscCalloc1(n + 1, &f->work[k]));
+  PetscCall(PetscCalloc4(n + 1, &f->storage, n + 1, &f->unit, n + 1, &f->leak, n + 1, &f->source));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(VecCreate(fault->comm, &f->past[k].cells));
+    PetscCall(VecSetSizes(f->past[k].cells, f->block * n, PETSC_DETERMINE));
+    PetscCall(VecSetType(f->past[k].cells, VECSTANDARD));
+    PetscCall(CreateNode(n, &f->path[k].from));
+    PetscCall(CreateNode(n, &f->path[k].to));
+    PetscCall(PetscCalloc1(n + 1, &f->path[k].middle));
+    for (int j = 0; j < 6; j++) PetscCall(PetscCalloc1(n + 1, &f->array[k][j]));
+    f->path[k].drive = (SlipFluidDrive){.speed = f->array[k][0],
+                                        .curve = f->array[k][1],
+                                        .extra = f->array[k][2],
+                                        .extra_rate = f->array[k][3],
+                                        .dilation = f->array[k][4],
+                                        .swelling = f->array[k][5]};
+  }
+  PetscCall(PetscCalloc1(fault->layout.components * n + 1, &f->reached));
+  PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->diffusion));
+  PetscCall(SetUpCells(fault));
+  PetscCall(SetUpWells(fault));
+  PetscCall(SlipFaultFluidStart(fault, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
+{
+  SlipFaultFluid *f = &fault->fluid;
+
+  PetscFunctionBegin;
+  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipDiffusionDestroy(&f->diffusion));
+  for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscFree(f->work[k]));
+  PetscCall(PetscFree4(f->storage, f->unit, f->leak, f->source));
+  PetscCall(PetscFree(f->border));
+  PetscCall(PetscFree(f->index));
+  PetscCall(PetscFree(f->reached));
+  for (int k = 0; k < 2; k++) {
+    SlipFluidNode *const node[] = {&f->path[k].from, &f->path[k].to};
+
+    PetscCall(VecDestroy(&f->past[k].cells));
+    for (int j = 0; j < 2; j++) PetscCall(PetscFree3(node[j]->pressure, node[j]->rate, node[j]->state));
+    PetscCall(PetscFree(f->path[k].middle));
+    for (int j = 0; j < 6; j++) PetscCall(PetscFree(f->array[k][j]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidView(SlipFault fault, PetscViewer viewer)
+{
+  SlipFaultFluid *f = &fault->fluid;
+
+  PetscFunctionBegin;
+  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "pore fluid: permeability law %s, %s; first step of the diffusion %.4g s, %" PetscInt_FMT " wells\n",
+    f->law->name, f->follows ? "which slip changes" : "which slip does not change", (double)f->first,
+    fault->loads.nwells));
+  PetscCall(SlipDiffusionView(f->diffusion, viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The volume by which the pores of cell i grow as psi = ln(V0 theta/d_c) rises by 1 [m^3] (Segall and Rice 1995) */
+PetscReal SlipFaultFluidPores(SlipFault fault, PetscInt i)
+{
+  return fault->fluid.dilates ? -fault->fields.cell[FIELD_DILATANCY][i] * fault->fields.cell[FIELD_APERTURE][i] *
+                                  fault->mesh.weight[i] * fault->mesh.area
+                              : 0;
+}
+
+/* ---- one step of the diffusion ---- */
+
+/* The next time after t at which a well changes [s]; PETSC_MAX_REAL: none */
+static PetscReal NextChange(SlipFault fault, PetscReal t)
+{
+  PetscReal next = PETSC_MAX_REAL;
+
+  for (PetscInt k = 0; k < fault->loads.nwells; k++) {
+    const SlipFaultWell *well = &fault->loads.wells[k];
+
+    for (PetscInt j = 0; j < well->rows; j++)
+      if (well->time[j] > t) {
+        next = PetscMin(next, well->time[j]);
+        break;
+      }
+  }
+  return next;
+}
+
+/* Sets inflow [m^3/s] and what leaves per pressure from t on, at the conductances along. */
+static void Inflow(SlipFault fault, PetscReal t, const PetscReal along[], PetscReal sink[], PetscReal inflow[])
+{
+  const SlipFaultFluid *f = &fault->fluid;
+
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    sink[i] = f->leak[i];
+    inflow[i] = f->source[i];
+  }
+  for (PetscInt k = 0; k < fault->loads.nwells; k++) {
+    const SlipFaultWell *well = &fault->loads.wells[k];
+    const PetscReal value = SlipFaultWellValue(well, t);
+
+    for (PetscInt j = 0; j < well->ncells; j++) {
+      const PetscInt i = well->cell[j];
+      const PetscReal index = f->index[k] * along[i];
+
+      if (!well->pressure)
+        inflow[i] += well->share[j] * value;
+      else if (SlipFaultWellHolds(well, t)) {
+        sink[i] += index;
+        inflow[i] += index * value;
+      }
+    }
+  }
+}
+
+/* The rates at which volumes change at the pressures y of the last solve [m^3/s] */
+static PetscErrorCode VolumeRates(SlipFault fault, const PetscReal y[], PetscReal rate[])
+{
+  const SlipFaultFluid *f = &fault->fluid;
+  PetscReal border;
+
+  PetscFunctionBegin;
+  rate[FLUID_INJECTED] = rate[FLUID_LEAKED] = 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    rate[FLUID_INJECTED] += f->work[FLUID_WORK_INFLOW][i] - (f->work[FLUID_WORK_SINK][i] - f->leak[i]) * y[i];
+    rate[FLUID_LEAKED] += f->leak[i] * y[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(SlipDiffusionFlow(f->diffusion, &border, NULL));
+  rate[FLUID_BORDER] = border;
+  rate[FLUID_PORES] = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Slip of cell i in this time since the history [m] */
+static PetscReal Slip(const SlipFluidDrive *drive, PetscInt i, PetscReal time)
+{
+  return PetscMax((drive->speed[i] + drive->curve[i] * time) * time, 0);
+}
+
+/* Sets k* in the middle of a step of the path, and at its end. */
+static void Evolve(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal middle[])
+{
+  const SlipFaultFluid *f = &fault->fluid;
+  const PetscReal time = path->from.time - path->start;
+
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const SlipPermeability c = Law(fault, i);
+    PetscReal slip[3];
+
+    middle[i] = path->to.state[i] = path->from.state[i];
+    if (!f->law->evolve) continue;
+    for (int k = 0; k < 3; k++) slip[k] = Slip(&path->drive, i, time + k * h / 2);
+    middle[i] = SlipPermeabilityEvolve(f->law, &c, path->from.state[i], PetscMax(slip[1] - slip[0], 0), h / 2);
+    path->to.state[i] = SlipPermeabilityEvolve(f->law, &c, middle[i], PetscMax(slip[2] - slip[1], 0), h / 2);
+  }
+}
+
+/* Sets the permeability of the cells at t from their k* and the pressure. Collective. */
+PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path, PetscReal t, const PetscReal state[],
+                                     const PetscReal pressure[], PetscReal k[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const SlipFluidDrive *drive = &path->drive;
+  PetscReal *hold = f->work[FLUID_WORK_HOLD];
+
+  PetscFunctionBegin;
+  if (f->stressed) PetscCall(SlipLoadsBare(&fault->loads, t, hold));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const SlipPermeability c = Law(fault, i);
+    const PetscReal stress =
+      f->stressed ? hold[i] + drive->extra[i] + drive->extra_rate[i] * (t - path->start) - pressure[i] : 0;
+
+    k[i] = SlipPermeabilityValue(f->law, &c, state[i], PetscMax(stress, 0));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the coefficients of the operator for steps from t on; work[FLUID_WORK_ALONG] has the permeability. Collective. */
+PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  PetscReal *along = f->work[FLUID_WORK_ALONG], *down = f->work[FLUID_WORK_DOWN];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    along[i] *= f->unit[i];
+    down[i] = along[i] * fault->fields.cell[FIELD_PERMEABILITY_RATIO][i];
+  }
+  Inflow(fault, t, along, f->work[FLUID_WORK_SINK], f->work[FLUID_WORK_INFLOW]);
+  PetscCall(SlipDiffusionSet(
+    f->diffusion,
+    &(SlipDiffusionCells){
+      .storage = f->storage, .along = along, .down = down, .sink = f->work[FLUID_WORK_SINK], .border = f->border}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes path->to and what is between from its start, h later, and the error over what the tolerance allows. */
+static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal *E)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const SlipFluidNode *from = &path->from;
+  SlipFluidNode *to = &path->to;
+  const PetscInt n = fault->mesh.n;
+  const PetscReal own = SLIP_FLUID_GAMMA * h, other = (1 - SLIP_FLUID_GAMMA) * h;
+  PetscReal *p = from->pressure, *y1 = path->middle, *y2 = to->pressure, *guess = f->work[FLUID_WORK_GUESS],
+            *b = f->work[FLUID_WORK_RIGHT];
+  PetscReal rate[2][FLUID_NUM_VOLUMES], largest[2] = {0, 0}, pores = 0;
+
+  PetscFunctionBegin;
+  Evolve(fault, path, h, f->work[FLUID_WORK_STATE]);
+  for (PetscInt i = 0; i < n; i++) { /* volume that pores take in during the step, at a constant rate */
+    const PetscReal rate_of = path->drive.dilation[i] + path->drive.swelling[i] * (2 * (from->time - path->start) + h);
+
+    f->work[FLUID_WORK_PORES][i] = rate_of;
+    pores += rate_of;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &pores, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  for (PetscInt i = 0; i < n; i++) guess[i] = p[i] + (from->fresh ? 0 : h / 2 * from->rate[i]);
+  for (int pass = 0; pass < (f->stressed ? 2 : 1); pass++) {
+    PetscCall(SlipFluidPermeability(fault, path, from->time + h / 2, f->work[FLUID_WORK_STATE], guess,
+                                    f->work[FLUID_WORK_ALONG]));
+    PetscCall(SlipFluidSetOperator(fault, from->time));
+    for (PetscInt i = 0; i < n; i++) {
+      b[i] = f->storage[i] * p[i] + own * (f->work[FLUID_WORK_INFLOW][i] - f->work[FLUID_WORK_PORES][i]);
+      y1[i] = p[i] + (from->fresh ? 0 : own * from->rate[i]);
+    }
+    PetscCall(SlipDiffusionSolve(f->diffusion, own, b, y1));
+    PetscCall(VolumeRates(fault, y1, rate[0]));
+    for (PetscInt i = 0; i < n; i++) {
+      b[i] = f->storage[i] * (p[i] + other / own * (y1[i] - p[i])) +
+             own * (f->work[FLUID_WORK_INFLOW][i] - f->work[FLUID_WORK_PORES][i]);
+      y2[i] = y1[i] + other / own * (y1[i] - p[i]);
+    }
+    PetscCall(SlipDiffusionSolve(f->diffusion, own, b, y2));
+    PetscCall(VolumeRates(fault, y2, rate[1]));
+    for (PetscInt i = 0; i < n; i++) guess[i] = (p[i] + y2[i]) / 2;
+    f->solves += 2;
+  }
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal first = (y1[i] - p[i]) / own, last = (y2[i] - p[i] - other * first) / own;
+    const PetscReal bend = (last - first) / (1 - SLIP_FLUID_GAMMA) - (first - from->rate[i]) / SLIP_FLUID_GAMMA;
+
+    to->rate[i] = last;
+    largest[0] = SlipLarger(
+      largest[0], PetscAbsReal(from->fresh ? own * (last - first) : 2 * (PetscReal)ERROR_CONSTANT * h * bend));
+    largest[1] = SlipLarger(largest[1],
+                            PetscMax(PetscAbsReal(y2[i]), SMALL_PRESSURE * fault->fields.cell[FIELD_NORMAL_STRESS][i]));
+  }
+  PetscCall(SlipAllreduceLargest(fault->comm, 2, largest));
+  *E = largest[0] > 0 ? largest[0] / (fault->options.value[FAULT_FLUID_TOLERANCE] * largest[1]) : 0;
+  rate[0][FLUID_PORES] = rate[1][FLUID_PORES] = pores;
+  for (int k = 0; k < FLUID_NUM_VOLUMES; k++) {
+    path->between[k] = from->volume[k] + own * rate[0][k];
+    to->volume[k] = from->volume[k] + other * rate[0][k] + own * rate[1][k];
+  }
+  f->steps++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the way to a time ---- */
+
+/* Lengths of steps that nothing else bounds are those of a geometric sequence, so that factorisations serve again. */
+static PetscReal Rounded(const SlipFaultFluid *f, PetscReal h)
+{
+  if (f->follows || !(h > f->first)) return h;
+  return f->first * PetscPowReal(2, PetscFloorReal(2 * PetscLogReal(h / f->first) / PetscLogReal(2)) / 2);
+}
+
+/* Makes one step from path->from. until: it ends there at the latest. */
+static PetscErrorCode StepOnce(SlipFault fault, SlipFluidPath *path, PetscReal until)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscReal change = NextChange(fault, path->from.time), end = PetscMin(until, change);
+  const PetscReal room = end - path->from.time, wanted = path->from.next;
+  PetscReal h = wanted > room * (1 - 1e-9) ? room : wanted > room / 2 ? room / 2 : wanted, E;
+  PetscBool lands = h == room ? PETSC_TRUE : PETSC_FALSE, cut = h < wanted ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0;; k++) {
+    PetscCall(Step(fault, path, h, &E));
+    if (E <= 1) break;
+    PetscCheck(k < MOST_REJECTIONS && path->from.time + h > path->from.time && E == E, fault->comm,
+               PETSC_ERR_NOT_CONVERGED,
+               "the diffusion of -%sfault_permeability at %.9g s finds no step short enough for "
+               "-%sfault_fluid_tolerance %g, down to %g s",
+               SlipFaultPrefix(fault), (double)path->from.time, SlipFaultPrefix(fault),
+               (double)fault->options.value[FAULT_FLUID_TOLERANCE], (double)h);
+    h *= PetscMax(SAFETY * PetscPowReal(E, (PetscReal)-1 / 3), LEAST_SHARE);
+    h = Rounded(f, h);
+    lands = cut = PETSC_FALSE;
+  }
+  path->to.time = lands ? end : path->from.time + h;
+  path->to.fresh = lands && end == change ? PETSC_TRUE : PETSC_FALSE;
+  path->to.next = Rounded(f, h * PetscMin(E > 0 ? SAFETY * PetscPowReal(E, (PetscReal)-1 / 3) : GROWTH, GROWTH));
+  if (cut) path->to.next = PetscMax(path->to.next, wanted);
+  if (path->to.fresh) path->to.next = f->first;
+  path->stepped = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Extends the path so that its last step contains t; ends: so that it ends there. Collective. */
+PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, PetscBool ends)
+{
+  PetscFunctionBegin;
+  while (path->stepped ? t > path->to.time : t > path->from.time) {
+    const PetscBool first = path->stepped ? PETSC_FALSE : PETSC_TRUE;
+
+    if (path->stepped) CopyNode(fault->mesh.n, &path->to, &path->from);
+    path->stepped = PETSC_FALSE;
+    /* what slip drives is wanted at the end of an attempt first, and the extrapolated slip is not that of a longer one
+     */
+    PetscCall(StepOnce(fault, path, ends || (first && fault->fluid.follows) ? t : PETSC_MAX_REAL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begins a path from the history in a slot. */
+PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slot)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscInt k = path - f->path;
+  SlipFluidNode *from = &path->from;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  from->time = path->start = f->past[slot].time;
+  from->next = f->past[slot].next;
+  from->fresh = f->past[slot].fresh;
+  PetscCall(PetscArraycpy(from->volume, f->past[slot].volume, FLUID_NUM_VOLUMES));
+  PetscCall(VecGetArrayRead(f->past[slot].cells, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal *b = a + f->block * i;
+
+    from->pressure[i] = b[FLUID_PRESSURE];
+    from->rate[i] = b[FLUID_RATE];
+    from->state[i] = b[FLUID_STATE];
+    f->array[k][0][i] = b[FLUID_SPEED];
+    f->array[k][1][i] = 0;
+    f->array[k][2][i] = b[FLUID_EXTRA];
+    f->array[k][3][i] = b[FLUID_EXTRA_RATE];
+    f->array[k][4][i] = SlipFaultFluidPores(fault, i) * b[FLUID_PSI_RATE];
+    f->array[k][5][i] = 0;
+  }
+  PetscCall(VecRestoreArrayRead(f->past[slot].cells, &a));
+  path->slot = slot;
+  path->begun = PETSC_TRUE;
+  path->stepped = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Extends the path of the history so that t is in its last step, or at its start. */
+PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  SlipFluidPath *path = &f->path[0];
+  const PetscInt slot = f->trial && t < f->past[1].time ? 0 : 1;
+
+  PetscFunctionBegin;
+  if (!path->begun || path->slot != slot || t < path->from.time) PetscCall(SlipFluidBegin(fault, path, slot));
+  PetscCall(SlipFluidWalk(fault, path, t, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Forgets what was computed from the history, because it has changed. */
+void SlipFluidForget(SlipFault fault)
+{
+  fault->fluid.path[0].begun = PETSC_FALSE;
+  fault->known.load.time = (PetscReal)NAN;
+  fault->coupling.moment = (SlipFaultMoment){0};
+  fault->balance.put++;
+}

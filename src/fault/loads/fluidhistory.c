@@ -1,0 +1,282 @@
+/* Couples the pore fluid (fluid.c) to slip. The history is the fluid at the start of a step. Within the step the fluid
+   goes on from there by itself: slip at the rate of the start changes its permeability, so that pressure is a function
+   of time alone. When the step is accepted, the fluid is computed again with the slip that happened, as a parabola in
+   time with the rate of the start, and goes on from there. Both pressures have errors of the order of the step's cube;
+   that of the second is smaller, so that the difference estimates the error of what friction has seen.
+
+   Where slip does not change the permeability, pressure is a function of time, whose steps do not depend on those of
+   the fault: the history is the start of the step of the diffusion in which the fault is. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultfluid.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+
+static const SlipFluidNode *EndOf(const SlipFluidPath *path)
+{
+  return path->stepped ? &path->to : &path->from;
+}
+
+/* Writes the fluid at a node to slot 1, without what drives it. */
+static PetscErrorCode PutNode(SlipFault fault, const SlipFluidNode *node)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(f->past[1].cells, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *b = a + f->block * i;
+
+    b[FLUID_PRESSURE] = node->pressure[i];
+    b[FLUID_RATE] = node->rate[i];
+    b[FLUID_STATE] = node->state[i];
+  }
+  PetscCall(VecRestoreArray(f->past[1].cells, &a));
+  f->past[1].time = node->time;
+  f->past[1].next = node->next;
+  f->past[1].fresh = node->fresh;
+  PetscCall(PetscArraycpy(f->past[1].volume, node->volume, FLUID_NUM_VOLUMES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the history to the start of a run at t. */
+PetscErrorCode SlipFaultFluidStart(SlipFault fault, PetscReal t)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  SlipFluidNode *node = &f->path[1].from;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArraycpy(node->pressure, fault->fields.cell[FIELD_FLUID_PRESSURE], fault->mesh.n));
+  PetscCall(PetscArraycpy(node->state, fault->fields.cell[FIELD_PERMEABILITY], fault->mesh.n));
+  PetscCall(PetscArrayzero(node->rate, fault->mesh.n));
+  PetscCall(PetscArrayzero(node->volume, FLUID_NUM_VOLUMES));
+  node->time = t;
+  node->next = f->first;
+  node->fresh = PETSC_TRUE;
+  PetscCall(VecZeroEntries(f->past[1].cells));
+  PetscCall(PutNode(fault, node));
+  f->trial = f->computed = PETSC_FALSE;
+  SlipFluidForget(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The length of the slip of cell i in h seconds between two displacements [m] */
+static PetscReal Length(SlipFault fault, PetscInt i, PetscReal h, const PetscReal before[], const PetscReal after[],
+                        const PetscReal vinf[])
+{
+  const PetscInt c = fault->layout.components;
+  PetscReal slip[3];
+
+  for (PetscInt k = 0; k < c; k++) slip[k] = after[k] - before[k] + h * vinf[c * i + k];
+  return SlipFaultLength(fault, slip);
+}
+
+/* The pressure of cell i that is beside the fluid's in the state psi, h after the history: pores that dilate otherwise
+   than at the rate of the start, without any flow [Pa] */
+PetscReal SlipFaultFluidUndrained(SlipFault fault, PetscInt i, PetscReal h, PetscReal change, PetscReal rate)
+{
+  return -SlipFaultFluidPores(fault, i) * (change - h * rate) / fault->fluid.storage[i];
+}
+
+/* dpsi/dt of cell i in a state at this rate [1/s] */
+static PetscReal PsiRate(SlipFault fault, PetscInt i, const PetscReal a[], PetscReal speed)
+{
+  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
+  PetscReal rate[SLIP_MAX_STATES];
+
+  SlipFrictionStateRateOf(&friction, i, a + SlipFaultStateAt(fault, i), speed, rate);
+  return rate[0];
+}
+
+/* Computes the second path from the history to the state w at t, unless that is known. stress: the effective normal
+   stress there; NULL: what slip has made of it goes on at its last rate. */
+static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscReal stress[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+  SlipFluidPath *path = &f->path[1];
+  const PetscInt c = fault->layout.components;
+  const PetscReal h = t - f->past[1].time, *a, *past, *vinf;
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {f->past[1].cells, .read = &past}, {fault->operators.vinf, .read = &vinf}};
+  const SlipFaultLoad *load = NULL;
+  PetscBool same = f->computed && EndOf(path)->time == t && !(stress && f->stressed) ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n && same; i++)
+    for (PetscInt k = 0; k < c; k++)
+      if (f->reached[c * i + k] != a[SlipFaultDisplacementAt(fault, i) + k]) same = PETSC_FALSE;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
+  if (!same) {
+    if (stress && f->stressed) PetscCall(SlipFaultGetLoad(fault, t, &load));
+    PetscCall(SlipFluidBegin(fault, path, 1));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscReal *u = a + SlipFaultDisplacementAt(fault, i), *b = past + f->block * i;
+
+      f->array[1][1][i] = (Length(fault, i, h, b + FLUID_DISPLACEMENT, u, vinf) - b[FLUID_SPEED] * h) / (h * h);
+      if (load) f->array[1][3][i] = (stress[i] - load->stress[i] - b[FLUID_EXTRA]) / h;
+      if (f->dilates)
+        f->array[1][5][i] = SlipFaultFluidPores(fault, i) *
+                            (a[SlipFaultStateAt(fault, i)] - b[FLUID_PSI] - h * b[FLUID_PSI_RATE]) / (h * h);
+      for (PetscInt k = 0; k < c; k++) f->reached[c * i + k] = u[k];
+    }
+    PetscCall(SlipFluidWalk(fault, path, t, PETSC_TRUE));
+    f->computed = PETSC_TRUE;
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moves slot 1 to the state w at t. */
+static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal stress[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscInt c = fault->layout.components;
+  const PetscReal h = t - f->past[1].time, *a;
+  const SlipFaultLoad *load = NULL;
+  PetscReal *to;
+
+  PetscFunctionBegin;
+  if (h > 0) PetscCall(Correct(fault, t, w, stress));
+  if (stress && f->stressed) PetscCall(SlipFaultGetLoad(fault, t, &load));
+  if (h > 0) PetscCall(PutNode(fault, EndOf(&f->path[1])));
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArray(f->past[1].cells, &to));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *b = to + f->block * i;
+
+    b[FLUID_SPEED] = SlipFaultSpeed(fault, a, i);
+    if (f->dilates) {
+      b[FLUID_PSI] = a[SlipFaultStateAt(fault, i)];
+      b[FLUID_PSI_RATE] = PsiRate(fault, i, a, b[FLUID_SPEED]);
+    }
+    if (load) {
+      const PetscReal extra = stress[i] - load->stress[i];
+
+      if (h > 0) b[FLUID_EXTRA_RATE] = (extra - b[FLUID_EXTRA]) / h;
+      b[FLUID_EXTRA] = extra;
+    }
+    for (PetscInt k = 0; k < c; k++) b[FLUID_DISPLACEMENT + k] = a[SlipFaultDisplacementAt(fault, i) + k];
+  }
+  PetscCall(VecRestoreArray(f->past[1].cells, &to));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  f->computed = PETSC_FALSE;
+  SlipFluidForget(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidAccept(SlipFault fault, PetscReal t, Vec w, PetscBool first, const PetscReal stress[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+  SlipFluidPath *path = &f->path[0];
+
+  PetscFunctionBegin;
+  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
+  if (first) PetscCall(SlipFaultFluidStart(fault, t));
+  if (f->follows) {
+    PetscCall(Move(fault, t, w, stress));
+    f->trial = PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipFluidReach(fault, t));
+  PetscCall(PutNode(fault, &path->from));
+  path->start = path->from.time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CopySlot(SlipFaultFluid *f, int from, int to)
+{
+  const Vec cells = f->past[to].cells;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(f->past[from].cells, cells));
+  f->past[to] = f->past[from];
+  f->past[to].cells = cells;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidAdvance(SlipFault fault, PetscReal t, Vec w, const PetscReal stress[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+
+  PetscFunctionBegin;
+  if (!f->follows) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!f->trial) PetscCall(CopySlot(f, 1, 0));
+  PetscCall(Move(fault, t, w, stress));
+  f->trial = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidRollBack(SlipFault fault)
+{
+  SlipFaultFluid *f = &fault->fluid;
+
+  PetscFunctionBegin;
+  if (!f->follows) PetscFunctionReturn(PETSC_SUCCESS);
+  if (f->trial) PetscCall(CopySlot(f, 0, 1));
+  f->trial = f->computed = PETSC_FALSE;
+  SlipFluidForget(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes the history to a checkpoint, or reads it. */
+PetscErrorCode SlipFaultFluidVisit(SlipFault fault, SlipState state)
+{
+  static const char *const names[2][5] = {
+    {"time_before", "next_before", "fresh_before", "volumes_before", "cells_before"},
+    {"time", "next", "fresh", "volumes", "cells"}};
+  SlipFaultFluid *f = &fault->fluid;
+
+  PetscFunctionBegin;
+  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateGroup(state, "fluid"));
+  PetscCall(SlipStateBool(state, "within_attempt", &f->trial));
+  for (int k = f->trial ? 0 : 1; k < 2; k++) {
+    PetscCall(SlipStateReal(state, names[k][0], 1, &f->past[k].time));
+    PetscCall(SlipStateReal(state, names[k][1], 1, &f->past[k].next));
+    PetscCall(SlipStateBool(state, names[k][2], &f->past[k].fresh));
+    PetscCall(SlipStateReal(state, names[k][3], FLUID_NUM_VOLUMES, f->past[k].volume));
+    PetscCall(SlipStateVec(state, names[k][4], f->past[k].cells));
+  }
+  if (SlipStateIsLoading(state)) {
+    f->computed = PETSC_FALSE;
+    SlipFluidForget(fault);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step is accurate enough if the error of pressure is at most rtol times the normal stress whose product with the
+   changes of friction in an event, a or b, or the drop that weakening makes, it is beside. */
+PetscErrorCode SlipFaultFluidError(SlipFault fault, PetscReal rtol, PetscReal t, Vec w, PetscReal *E)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscReal *const *cell = (const PetscReal *const *)fault->fields.cell;
+  const PetscReal h = t - f->past[1].time, *a, *past;
+  PetscReal *seen = f->work[FLUID_WORK_OWN], largest = 0;
+
+  PetscFunctionBegin;
+  *E = 0;
+  if (!f->follows || !(t > f->past[1].time)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Correct(fault, t, w, NULL));
+  PetscCall(SlipFluidPressureAt(fault, t, seen));
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArrayRead(f->past[1].cells, &past));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal change =
+      cell[FIELD_NORMAL_STRESS][i] * (fault->friction.law->always_slides
+                                        ? PetscMax(cell[FIELD_FRICTION_A][i], cell[FIELD_FRICTION_B][i])
+                                        : PetscMax(cell[FIELD_FRICTION_DROP][i], cell[FIELD_FRICTION_RESIDUAL][i]));
+
+    if (f->dilates) {
+      const PetscReal *b = past + f->block * i;
+
+      seen[i] += SlipFaultFluidUndrained(fault, i, h, a[SlipFaultStateAt(fault, i)] - b[FLUID_PSI], b[FLUID_PSI_RATE]);
+    }
+    if (change > 0) largest = SlipLarger(largest, PetscAbsReal(seen[i] - EndOf(&f->path[1])->pressure[i]) / change);
+  }
+  PetscCall(VecRestoreArrayRead(f->past[1].cells, &past));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipAllreduceLargest(fault->comm, 1, &largest));
+  *E = largest / rtol;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,137 @@
+/* What is asked of the pore fluid of fluid.c at a time: pressure, volumes, permeability and flow, wells. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultfluid.h>
+#include <slipstep/private/slipfaultwells.h>
+
+/* Weights of the start, the first stage and the end of the last step for the time t */
+static void Weights(const SlipFluidPath *path, PetscReal t, PetscReal weight[3])
+{
+  const PetscReal s =
+    path->stepped && t > path->from.time ? PetscMin((t - path->from.time) / (path->to.time - path->from.time), 1) : 0;
+
+  weight[0] = (s - SLIP_FLUID_GAMMA) * (s - 1) / SLIP_FLUID_GAMMA;
+  weight[1] = s * (s - 1) / (SLIP_FLUID_GAMMA * (SLIP_FLUID_GAMMA - 1));
+  weight[2] = s * (s - SLIP_FLUID_GAMMA) / (1 - SLIP_FLUID_GAMMA);
+}
+
+/* Computes the pressure of the fluid at t, p [n]. Collective. */
+PetscErrorCode SlipFluidPressureAt(SlipFault fault, PetscReal t, PetscReal p[])
+{
+  const SlipFluidPath *path = &fault->fluid.path[0];
+  PetscReal w[3];
+
+  PetscFunctionBegin;
+  PetscCall(SlipFluidReach(fault, t));
+  Weights(path, t, w);
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    p[i] = w[2] == 1   ? path->to.pressure[i]
+           : w[0] == 1 ? path->from.pressure[i]
+                       : w[0] * path->from.pressure[i] + w[1] * path->middle[i] + w[2] * path->to.pressure[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidPressure(SlipFault fault, PetscReal t, PetscReal p[])
+{
+  PetscReal *own = fault->fluid.work[FLUID_WORK_OWN];
+
+  PetscFunctionBegin;
+  PetscCall(SlipFluidPressureAt(fault, t, own));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) p[i] += own[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidVolumes(SlipFault fault, PetscReal t, PetscReal volume[], PetscReal *stored)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const SlipFluidPath *path = &f->path[0];
+  PetscReal w[3], sum = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFluidPressureAt(fault, t, f->work[FLUID_WORK_OWN]));
+  Weights(path, t, w);
+  for (int k = 0; k < FLUID_NUM_VOLUMES; k++) {
+    volume[k] = w[0] * path->from.volume[k];
+    if (path->stepped) volume[k] += w[1] * path->between[k] + w[2] * path->to.volume[k];
+  }
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    sum += f->storage[i] * (f->work[FLUID_WORK_OWN][i] - fault->fields.cell[FIELD_FLUID_PRESSURE][i]);
+  PetscCallMPI(MPI_Allreduce(&sum, stored, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  *stored += volume[FLUID_PORES];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets work[FLUID_WORK_ALONG] to the permeability at t, and work[FLUID_WORK_OWN] to the pressure. */
+static PetscErrorCode PermeabilityAt(SlipFault fault, PetscReal t)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const SlipFluidPath *path = &f->path[0];
+  PetscReal share;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFluidPressureAt(fault, t, f->work[FLUID_WORK_OWN]));
+  share = path->stepped ? PetscClipInterval((t - path->from.time) / (path->to.time - path->from.time), 0, 1) : 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    f->work[FLUID_WORK_STATE][i] = (1 - share) * path->from.state[i] + (share > 0 ? share * path->to.state[i] : 0);
+  PetscCall(SlipFluidPermeability(fault, path, t, f->work[FLUID_WORK_STATE], f->work[FLUID_WORK_OWN],
+                                  f->work[FLUID_WORK_ALONG]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidFlow(SlipFault fault, PetscReal t, PetscReal permeability[], PetscReal flux[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscReal moment = 1e-6 * f->first; /* so short that pressures stay, while those of sides follow from them */
+
+  PetscFunctionBegin;
+  PetscCall(PermeabilityAt(fault, t));
+  if (permeability) PetscCall(PetscArraycpy(permeability, f->work[FLUID_WORK_ALONG], fault->mesh.n));
+  if (!flux) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFluidSetOperator(fault, t));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    f->work[FLUID_WORK_RIGHT][i] = f->storage[i] * f->work[FLUID_WORK_OWN][i];
+  PetscCall(SlipDiffusionSolve(f->diffusion, moment, f->work[FLUID_WORK_RIGHT], f->work[FLUID_WORK_OWN]));
+  PetscCall(SlipDiffusionFlow(f->diffusion, NULL, flux));
+  for (PetscInt i = 0; i < 2 * fault->mesh.n; i++) flux[i] /= fault->fields.cell[FIELD_APERTURE][i / 2];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFluidWells(SlipFault fault, PetscReal t, PetscReal rate[], PetscReal pressure[])
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscInt n = fault->loads.nwells;
+
+  PetscFunctionBegin;
+  PetscCall(PermeabilityAt(fault, t));
+  PetscCall(PetscArrayzero(rate, n));
+  PetscCall(PetscArrayzero(pressure, n));
+  for (PetscInt k = 0; k < n; k++) {
+    const SlipFaultWell *well = &fault->loads.wells[k];
+    const PetscReal value = SlipFaultWellValue(well, t);
+    const PetscBool holds = well->pressure && SlipFaultWellHolds(well, t) ? PETSC_TRUE : PETSC_FALSE;
+
+    for (PetscInt j = 0; j < well->ncells; j++) {
+      const PetscInt i = well->cell[j];
+      const PetscReal index = f->index[k] * f->unit[i] * f->work[FLUID_WORK_ALONG][i], p = f->work[FLUID_WORK_OWN][i];
+
+      pressure[k] += well->share[j] * p;
+      if (holds) {
+        rate[k] += index * (value - p);
+        pressure[k] = value;
+      } else if (!well->pressure) {
+        rate[k] += well->share[j] * value;
+        if (index > 0) pressure[k] += value / index;
+      }
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, pressure, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal SlipFaultFluidScale(SlipFault fault, PetscReal t)
+{
+  const SlipFluidPath *path = &fault->fluid.path[0];
+
+  (void)t;
+  return path->stepped ? (path->to.time - path->from.time) / 4 : fault->fluid.first;
+}
