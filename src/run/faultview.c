@@ -150,6 +150,7 @@ PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
       PetscCall(PetscViewerASCIIPrintf(viewer, "resolution: %s\n", text));
     }
     PetscCall(SlipLoadsTermsView(&fault->loads, viewer));
+    PetscCall(SlipFaultWellsView(fault, viewer));
     PetscCall(SlipFaultZoneView(fault, viewer));
     PetscCall(SlipFaultFluidView(fault, viewer));
     PetscCall(ViewOperators(fault, viewer));

@@ -45,6 +45,9 @@ RUNS = {"event": (EVENT, 12),
         "composite": (SMOOTH + " -fault_state_law composite", 12),
         "strong": (SMOOTH.replace("rate_and_state", "strong_rate_weakening"), 12),
         "zone": (SMOOTH + " -fault_shear_zone_width 0.01 -fault_thermal_pressurisation 1e5 -fault_dilatancy 1e-6", 12),
+        "fluid": (SMOOTH + " -fault_permeability 1e-15 -fault_permeability_law valve -fault_permeability_maximum 1e-14 "
+                  "-fault_permeability_slip 0.01 -fault_permeability_healing_time 1y -fault_permeability_stress 1e7 "
+                  "-fault_leakoff 1e-17 -fault_wells wells.csv", 12),
         "transforms": (SMOOTH + " -fault_operator fft", 12),
         "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 "
                    "-fault_healing_time 100", 12),
@@ -104,6 +107,24 @@ TABLE = {
     "fault_dilatancy": ("zone", "2e-6"),
     "fault_dilatancy_storage": ("zone", "2e-11"),
     "fault_dilatancy_time": ("zone", "2e5"),
+    "fault_permeability": ("fluid", "2e-15"),
+    "fault_permeability_ratio": ("fluid", "0.5"),
+    "fault_permeability_maximum": ("fluid", "2e-14"),
+    "fault_permeability_slip": ("fluid", "0.02"),
+    "fault_permeability_healing_time": ("fluid", "2y"),
+    "fault_permeability_stress": ("fluid", "2e7"),
+    "fault_porosity": ("fluid", "0.2"),
+    "fault_pore_compressibility": ("fluid", "2e-9"),
+    "fault_fluid_viscosity": ("fluid", "2e-3"),
+    "fault_aperture": ("fluid", "2"),
+    "fault_leakoff": ("fluid", "2e-17"),
+    "fault_border_pressure": ("fluid", "1e5"),
+    "fault_fluid_source": ("fluid", "1e-12"),
+    "fault_fluid_pressure": ("fluid", "1e5"),
+    "fault_fluid_tolerance": ("fluid", "1e-4"),
+    "fault_fluid_border": ("fluid", "open"),
+    "fault_wells": ("fluid", "other_wells.csv"),
+    "fault_permeability_law": ("fluid", "slip -fault_permeability_stress 0"),
     "fault_initial_perturbation": ("event", "2e-5"),
     "fault_velocity_scale": ("policy", "0.08"),
     "fault_hmat_tolerance": ("hmat", "1e-6"),
@@ -257,6 +278,9 @@ def write_inputs():
     for name, shear in (("stress.csv", 2e7), ("other_stress.csv", 1e7)):
         with open(name, "w", encoding="utf-8") as file:
             file.write(f"time,shear,normal\n0,0,0\n50,{shear},-1e7\n")
+    for name, rate in (("wells.csv", 1), ("other_wells.csv", 2)):
+        with open(name, "w", encoding="utf-8") as file:
+            file.write(f"well,x,z,days,m3/day\nA,1500,1500,0,{rate}\nA,1500,1500,90,0\n")
     shutil.copy(os.path.join(SOURCE, "training", "policies", "fault.h5"), "other_policy.h5")
     for name in ("tolerances.h5", "estimates.h5"):
         shutil.copy(os.path.join(SOURCE, "training", "policies", name), name)

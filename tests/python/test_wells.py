@@ -5,15 +5,16 @@ import contextlib
 import io
 import os
 import re
+import subprocess
 import unittest
 from unittest import mock
 
-from scripts import BUILD, SOURCE, FaultTest, PictureTest
+from scripts import BUILD, FAULT, SOURCE, FaultTest, PictureTest
 
 import h5py
 import numpy as np
 import slipstep
-from slipstep import checks, running
+from slipstep import checks, modules, running
 
 try:
     from scipy.special import exp1, kv
@@ -252,12 +253,7 @@ class Wells(FaultTest, PictureTest):
         return np.column_stack([x.ravel(), 0 * x.ravel(), z.ravel()]), np.full(48, 9e4)
 
     def test_bad_wells(self):
-        for text, message in (("well,x,z,days,MPa\n", "no rows"), ("well,x,z,days\nA,0,0,0\n", "expected one column of "
-                                                                   "pressures or rates: Pa or MPa or m3/s"),
-                              ("well,x,z,MPa\nA,0,0,0\n", "s or hours or days"),
-                              ("name,x,z,days,MPa\nA,0,0,0,1\n", "well,x,y,z,days,MPa"),
-                              ("well,x,z,days,MPa\nA,0,0,0\n", "line 2"),
-                              ("well,x,z,days,MPa\nA,0,0,0,nan\n", "line 2"),
+        for text, message in (("well,x,z,days,MPa\n", "no rows"),
                               ("well,x,z,days,MPa\nA,0,0,1,1\nA,0,0,1,2\n", "line 3: 1 days is not after"),
                               ("well,x,z,days,MPa\nA,0,0,1,1\nA,0,9,2,2\n", "line 3: the well A is at")):
             with self.subTest(message), self.assertRaisesRegex(slipstep.Error, message):
@@ -272,6 +268,100 @@ class Wells(FaultTest, PictureTest):
         self.refused("wells", "two radii", self.csv("well,x,z,days,MPa\nA,1200,2900,0,2\n" "B,1200,2900,1,2\n"),
                      self.path("p.h5"), "--diffusivity", "1", "--", *GRID)
         self.assertFalse(os.path.exists(self.path("p.h5")))
+
+    def both(self, data):
+        """What `slipstep wells` and -fault_wells say of a file: wells as name, changes, first and last time, least and
+        largest value, or an error."""
+        with open(self.path("wells.csv"), "wb") as file:
+            file.write(data)
+        try:
+            python = [(well.name, len(well.time), well.time[0], well.time[-1], well.value.min(), well.value.max())
+                      for well in wells.read_wells(self.path("wells.csv"))]
+        except slipstep.Error as error:
+            python = str(error)
+        done = subprocess.run([FAULT, *GRID, "-fault_permeability", "1e-15", "-fault_wells", "wells.csv",
+                               "-fault_view", "-ts_max_steps", "0"], cwd=self.folder.name, capture_output=True,
+                              encoding="utf-8", env={**modules.ENVIRONMENT, **os.environ}, check=False)
+        lines = re.findall(r"(?m)^ *well (.*): at .*, (\d+) changes from (\S+) to (\S+) s, \w+ (\S+) to (\S+) ",
+                           done.stdout)
+        said = [line for line in done.stderr.splitlines() if "error:" in line]
+        return python, said[0] if said else [(name, *map(float, numbers)) for name, *numbers in lines]
+
+    def test_bad_files(self):
+        """Both refuse them, and name the file and the line."""
+        head, row = "well,x,y,z,days,m3/day", "A,1200,0,2900,1,2"
+        table = {name: text.encode() for name, text in {
+            "empty": "", "comment alone": "# nothing\n", "no rows": head, "no well": f"x,z,days,MPa\n{row}",
+            "another name": f"{head.replace('well', 'name')}\n{row}", "no time": f"well,x,y,z,m3/day\n{row}",
+            "no value": f"well,x,y,z,days\n{row}", "two times": f"{head},s\n{row},1", "two values": f"{head},Pa\n{row},1",
+            "a column twice": f"{head},x\n{row},1", "unknown column": f"{head},depth\n{row},1",
+            "unit in capitals": f"{head.replace('m3', 'M3')}\n{row}", "semicolons": f"{head};\n{row}".replace(",", ";"),
+            "seventeen columns": f"{head},{','.join('abcdefghijk')}\n{row}",
+            "too few words": f"{head}\nA,1200,0,2900,1", "too many": f"{head}\n{row},7",
+            "twenty words": f"{head}\n{row}{',7' * 14}", "no name": f"{head}\n,1200,0,2900,1,2",
+            "a name of two lines": f'{head}\n"A\nB",1200,0,2900,1,2', "bell": f"{head}\n\a{row}",
+            "not a number": f"{head}\nA,1200,0,2900,1,two", "infinite": f"{head}\nA,1200,0,2900,1,inf",
+            "nan": f"{head}\nA,1200,nan,2900,1,2", "too large": f"{head}\nA,1200,0,2900,1,1e999",
+            "hexadecimal": f"{head}\nA,0x10,0,2900,1,2", "digits apart": f"{head}\nA,1_200,0,2900,1,2",
+            "decimal comma": f'{head}\nA,1200,0,2900,1,"2,5"', "an exponent without digits": f"{head}\nA,1200,0,2900,1,2e",
+            "other digits": f"{head}\nA,1200,0,2900,1,\u0662", "two signs": f"{head}\nA,1200,0,2900,1,+-2",
+            "words within": f"{head}\nA,1200,0,2900,1,2 3", "empty number": f"{head}\nA,1200,0,,1,2",
+            "times that fall": f"{head}\n{row}\nA,1200,0,2900,0.5,2", "times that stay": f"{head}\n{row}\n{row}",
+            "another place": f"{head}\n{row}\nA,1200,0,2901,2,2", "another y": f"{head}\n{row}\nA,1200,1,2900,2,2",
+            "radius 0": f"{head},radius\n{row},0", "negative radius": f"{head},radius\n{row},-0.1",
+            "negative spread": f"{head},spread\n{row},-1", "another radius": f"{head},radius\n{row},1\nA,1200,0,2900,2,2,2",
+            "another spread": f"{head},spread\n{row},1\nA,1200,0,2900,2,2,2",
+            "pressure that is spread": f"{head.replace('m3/day', 'MPa')},spread\n{row},100"}.items()}
+        table["latin-1"] = f"{head}\n\xf6{row}".encode("latin-1")
+        for name, data in table.items():
+            with self.subTest(name):
+                python, program = self.both(data)
+                self.assertIsInstance(python, str)
+                self.assertIsInstance(program, str)
+                self.assertIn("wells.csv", python)
+                self.assertIn("wells.csv (-fault_wells)", program)
+                lines = [re.findall(r"line (\d+)", text) for text in (python, program)]
+                self.assertEqual(*(found[:1] for found in lines), (python, program))
+
+    def test_good_files(self):
+        """Both read them alike, to the six digits that are printed."""
+        plain = b"well,x,z,hours,L/s\nA,1200,2900,1,2\nB,300,2150,0,-.5\nA,1200,2900,7.5,0\n"
+        quoted = b'well,x,z,hours,L/s\n"A ",1200,2900,1,2\n"B",300,"2150",0,-.5\nA,1200,2900, 7.5 ,"0"\n'
+        table = {"plain": plain, "carriage returns": plain.replace(b"\n", b"\r\n"), "old ones": plain.replace(b"\n", b"\r"),
+                 "byte order mark": b"\xef\xbb\xbf" + plain, "no last line end": plain.rstrip(), "quotation marks": quoted,
+                 "comments": b"# made by hand, it's said\n\n" + plain.replace(b"B,", b" ,,,,\n# B\nB,"),
+                 "spaces": plain.replace(b",", b" , "), "exponents": plain.replace(b"7.5", b"+75.E-1")}
+        for name, data in table.items():
+            with self.subTest(name):
+                python, program = self.both(data)
+                self.assertEqual([(well[0], well[1]) for well in python], [("A", 2), ("B", 1)])
+                self.assertEqual([well[0] for well in python], [well[0] for well in program], program)
+                np.testing.assert_allclose([well[1:] for well in program], [well[1:] for well in python], rtol=1e-5)
+        for what, unit in {**wells.RATES, **wells.PRESSURES}.items():
+            for when, seconds in wells.TIMES.items():
+                with self.subTest(what=what, when=when):
+                    python, program = self.both(f"well,x,y,z,{when},{what},radius\n\"\u00f6, \"\"1\"\"\",1200,0,2900,"
+                                                f"1,2,0.2\n".encode())
+                    self.assertEqual(program[0][0], '\u00f6, "1"')
+                    self.assertEqual(python[0][1:], (1, seconds, seconds, 2 * unit, 2 * unit))
+                    np.testing.assert_allclose(program[0][1:], python[0][1:], rtol=1e-5)
+
+    def test_wells_off_the_fault(self):
+        """An error says how far the well is, and numbers in other units are a warning, as those of `slipstep wells`."""
+        far = self.both(b"well,x,z,days,L/s\nA,7.2e5,2900,1,2\n")[1]
+        self.assertRegex(far, r"the well A is 717\d\d\d(\.\d+)? m from .* size is 424.264 m, .* x = 150 to 2250, y = 0 to 0")
+        self.put("wells.csv", "well,x,y,z,days,L/s\nA,1200,20,2900,1,2000000\n")
+        self.put("many.csv", "well,x,z,days,L/s,spread\nA,1200,2900,1,1,1e3\n")
+        for name, words in (("wells.csv", "the largest rate of the well A is 2000 m^3/s: is it given in L/s or m^3/day"),
+                            ("many.csv", "in 48 cells")):
+            done = subprocess.run([FAULT, *GRID, "-fault_permeability", "1e-15", "-fault_wells", name, "-fault_view",
+                                   "-ts_max_steps", "0"], cwd=self.folder.name, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, encoding="utf-8", check=False,
+                                  env={**modules.ENVIRONMENT, **os.environ})
+            self.assertIn(words, done.stdout)
+        spread = wells.read_wells(self.path("many.csv"))
+        with self.assertRaisesRegex(slipstep.Error, "spread over 1000 m: expected 0"):
+            wells.Pressure(spread, 0.1, *self.places(), DAY, per_rate=1)
 
     def test_injection(self):
         """Events are those of the catalogue, and their moments never exceed that of all slip; the picture has all three

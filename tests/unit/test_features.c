@@ -92,6 +92,17 @@ static const struct {
   [FEATURE_PRESSURISATION] = {"-fault_thermal_pressurisation 1e5"},
   [FEATURE_DILATANCY] = {"-fault_dilatancy 1e-6"},
   [FEATURE_PRESSURE] = {"-fault_pore_pressure record@.h5"},
+  [FEATURE_FLUID] = {"-fault_permeability 1e-13"},
+  [FEATURE_FLUID_DETAIL] = {"-fault_porosity 0.05"},
+  [FEATURE_WELLS] = {"-fault_wells wells.csv"},
+  [FEATURE_PERMEABILITY_BY_SLIP] = {"-fault_permeability_law valve", "",
+                                    SLIP_FEATURE(PERMEABILITY_BY_STRESS) | SLIP_FEATURE(FLUID_DETAIL)},
+  [FEATURE_PERMEABILITY_BY_STRESS] = {"-fault_permeability_law valve", "",
+                                      SLIP_FEATURE(PERMEABILITY_BY_SLIP) | SLIP_FEATURE(FLUID_DETAIL)},
+  [FEATURE_PERMEABILITY_MAXIMUM] = {"-fault_permeability_maximum 1e-12"},
+  [FEATURE_PERMEABILITY_SLIP] = {"-fault_permeability_slip 0.1"},
+  [FEATURE_PERMEABILITY_HEALING] = {"-fault_permeability_healing_time 100"},
+  [FEATURE_PERMEABILITY_STRESS] = {"-fault_permeability_stress 1e7"},
   [FEATURE_OUTPUT] = {"-fault_output run.h5"},
   [FEATURE_OUTPUT_PRESSURE] = {"-fault_output_fields slip,pore_pressure", "", SLIP_FEATURE(OUTPUT)},
   [FEATURE_OUTPUT_OPENING] = {"-fault_output_fields slip,opening", "", SLIP_FEATURE(OUTPUT)},
@@ -349,6 +360,15 @@ static PetscErrorCode WriteHistory(const char name[])
   return fclose(file) ? PETSC_ERR_FILE_WRITE : PETSC_SUCCESS;
 }
 
+static PetscErrorCode WriteWells(void)
+{
+  FILE *file = fopen("wells.csv", "w");
+
+  if (!file) return PETSC_ERR_FILE_OPEN;
+  fprintf(file, "well,x,z,s,L/s\nA,1400,3400,0,0.01\nA,1400,3400,10,0\n");
+  return fclose(file) ? PETSC_ERR_FILE_WRITE : PETSC_SUCCESS;
+}
+
 /* The plane of the grid, and one whose right half is 200 m aside and turned */
 static PetscErrorCode WriteRectangles(const char name[], PetscBool aside)
 {
@@ -520,6 +540,7 @@ static void pairs(void **state)
   ok(WriteOwnRecord("record.h5", 3, grid));
   ok(WriteOwnRecord("record_list.h5", 2, list));
   ok(WriteHistory("history.csv"));
+  ok(WriteWells());
   ok(WriteRectangles("rectangles.h5", PETSC_FALSE));
   ok(WriteRectangles("planes.h5", PETSC_TRUE));
   ok(WriteTriangles());

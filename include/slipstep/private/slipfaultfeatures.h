@@ -85,11 +85,10 @@
   EARLY(SHEAR_ZONE, OWN, "-fault_shear_zone_width", f->options.value[FAULT_SHEAR_ZONE_WIDTH] > 0)                      \
   EARLY(PRESSURISATION, OWN, "-fault_thermal_pressurisation", AnyCell(f, FIELD_THERMAL_PRESSURISATION))                \
   EARLY(DILATANCY, OWN, "-fault_dilatancy", AnyCell(f, FIELD_DILATANCY))                                               \
+  LATE(PRESSURE, OWN, "a pore pressure", f->loads.pore)                                                                \
   EARLY(FLUID, OWN, "-fault_permeability", AnyCell(f, FIELD_PERMEABILITY))                                             \
-  EARLY(FLUID_DETAIL, OWN, "-fault_porosity, -fault_leakoff and other numbers of fluid in the fault",                  \
-        FluidDetail(f) || !Chosen(f, FAULT_FLUID_BORDER, "closed"))                                                    \
+  EARLY(FLUID_DETAIL, OWN, "-fault_porosity, -fault_leakoff and other options of fluid in the fault", FluidDetail(f))  \
   EARLY(WELLS, OWN, "-fault_wells", Given(f, FAULT_WELLS))                                                             \
-  EARLY(PERMEABILITY_LAW, OWN, "-fault_permeability_law", !Chosen(f, FAULT_PERMEABILITY_LAW, "constant"))              \
   EARLY(PERMEABILITY_BY_SLIP, OWN, "-fault_permeability_law slip and valve", LawNeeds(f, SLIP_PERMEABILITY_BY_SLIP))   \
   EARLY(PERMEABILITY_BY_STRESS, OWN, "-fault_permeability_law stress and valve",                                       \
         LawNeeds(f, SLIP_PERMEABILITY_BY_STRESS))                                                                      \
@@ -98,7 +97,6 @@
   EARLY(PERMEABILITY_HEALING, OWN, "-fault_permeability_healing_time",                                                 \
         f->options.value[FAULT_PERMEABILITY_HEALING_TIME] > 0)                                                         \
   EARLY(PERMEABILITY_STRESS, OWN, "-fault_permeability_stress", f->options.value[FAULT_PERMEABILITY_STRESS] > 0)       \
-  LATE(PRESSURE, OWN, "a pore pressure", f->loads.pore)                                                                \
   LATE(OUTPUT, OWN, "-fault_output", Given(f, FAULT_OUTPUT))                                                           \
   LATE(OUTPUT_PRESSURE, OWN, "-fault_output_fields pore_pressure",                                                     \
        Given(f, FAULT_OUTPUT) && Lists(f, "pore_pressure"))                                                            \

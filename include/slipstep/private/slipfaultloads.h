@@ -1,6 +1,7 @@
 /* The loads of a fault: shear load and effective normal stress as functions of time */
 #pragma once
 #include <slipstep/rooms/slipfault.h>
+#include <slipstep/private/slipfaultwells.h>
 
 /* The point source of -fault_injection */
 typedef struct {
@@ -56,8 +57,7 @@ typedef struct {
   PetscReal soft;     /* stiffness of the fault as a whole [Pa/m]; 0: not computed */
   SlipFaultSource source;
   PetscInt nwells;
-  struct _w { int a; } *dummy;
-  SlipFaultWell *wells;
+  SlipFaultWell *wells;         /* [nwells] of -fault_wells, the same on all processes but for their cells */
   SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and its [n] values */
   void *ctx;
   PetscReal *own;
@@ -78,6 +78,12 @@ typedef struct {
   PetscReal *own;          /* [2][n] both, unless they are those of the field */
 } SlipFaultLoad;
 
+/* Times from here on are after t: a step that ends at a corner may miss it by rounding. */
+static inline PetscReal SlipTimeAfter(PetscReal t)
+{
+  return t + (PetscReal)1e-12 * PetscAbsReal(t);
+}
+
 static inline PetscBool SlipLoadsVary(const SlipFaultLoads *loads)
 {
   return loads->shears || loads->pressed ? PETSC_TRUE : PETSC_FALSE;
@@ -97,7 +103,7 @@ PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, Pe
 PETSC_INTERN PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share);
 PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscInt SlipLoadsCornerAfter(const SlipFaultLoads *loads, PetscReal t); /* its number; ncorners: none */
-PETSC_INTERN PetscReal SlipLoadsNextEnd(const SlipFaultLoads *loads, PetscReal t);    /* of a source or course */
+PETSC_INTERN PetscReal SlipLoadsNextEnd(const SlipFaultLoads *loads, PetscReal t);    /* of a source, well, course */
 /* terms.c: the row of a record before t, and the share of the way from it to the next one; constant beyond the ends */
 PETSC_INTERN PetscInt SlipRecordInterval(PetscInt rows, const PetscReal times[], PetscReal t, PetscReal *share);
 /* Add terms at t to shear [n][components], times weight [n] unless that is NULL, and subtract their normal

@@ -6,8 +6,6 @@
 #include <slipstep/private/slipwork.h>
 
 #define NEVER PETSC_MAX_REAL
-/* Times that differ by so little are one: a step that ends at a corner may miss it by rounding. */
-#define SAME_TIME 1e-12
 
 /* ---- the record of -fault_pore_pressure ---- */
 
@@ -31,7 +29,7 @@ void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 /* Returns the number of the first corner of records after t, or the number of corners if there is none. */
 PetscInt SlipLoadsCornerAfter(const SlipFaultLoads *loads, PetscReal t)
 {
-  const PetscReal after = t + SAME_TIME * PetscAbsReal(t);
+  const PetscReal after = SlipTimeAfter(t);
   PetscReal share;
 
   if (!loads->ncorners || after >= loads->corners[loads->ncorners - 1]) return loads->ncorners;
@@ -275,19 +273,21 @@ PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the next time after t at which a source stops, or a course begins or ends; PETSC_MAX_REAL: there is none. */
+/* Returns the next time after t at which a source stops, a well changes, or a course begins or ends; PETSC_MAX_REAL:
+   there is none. */
 PetscReal SlipLoadsNextEnd(const SlipFaultLoads *loads, PetscReal t)
 {
-  const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = loads->source.stop;
+  const PetscReal after = SlipTimeAfter(t), stop = loads->source.stop;
   PetscReal next = NEVER;
 
   if (loads->source.distance2 && stop > after) next = stop;
   for (PetscInt k = 0; k < loads->nterms; k++)
     next = PetscMin(next, loads->terms[k].course->end(&loads->terms[k], after));
+  for (PetscInt k = 0; k < loads->nwells; k++) next = PetscMin(next, SlipFaultWellNext(&loads->wells[k], t));
   return next;
 }
 
-/* Returns the next corner of records, or end of a source or course, after t; PETSC_MAX_REAL: there is none. */
+/* Returns the next corner of records, or end of a source, course or rate of a well, after t; PETSC_MAX_REAL: there is none. */
 PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscInt corner = SlipLoadsCornerAfter(loads, t);
@@ -335,6 +335,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   loads->grows = any[1] ? PETSC_TRUE : PETSC_FALSE;
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCall(SourceSetUp(fault));
+  PetscCall(SlipFaultWellsSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));
   PetscCall(SlipFaultFluidSetUp(fault));
   loads->pore = loads->pressed =
@@ -379,6 +380,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   PetscCall(PetscFree(loads->own));
   PetscCall(SlipLoadsTermsDestroy(loads));
   PetscCall(SlipFaultFluidDestroy(fault));
+  PetscCall(SlipFaultWellsDestroy(fault));
   PetscCall(PetscFree(fault->friction.healing));
   PetscCall(SlipLoadDestroy(&fault->known.load));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -7,6 +7,7 @@ diffusivity D, filled with a fluid of the viscosity eta. That is the source of -
 """
 
 import functools
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,59 +36,70 @@ FAR = 10.0  # r^2/(4 D t) of the nearest cell, E1(10) = 4e-6, from which on a we
 @dataclass(frozen=True)
 class Well:
     """name; place: x, y, z [m], y NaN where the file has none; time [n] from when on [s]; value [n] [Pa], or [m^3/s]
-    where it is no pressure."""
+    where it is no pressure; radius and standard deviation of the Gaussian over which a rate is spread [m]."""
 
     name: str
     place: np.ndarray
     time: np.ndarray
     value: np.ndarray
     is_pressure: bool
+    radius: float = 0.1
+    spread: float = 0.0
 
 
-def _column(path, head, units, what):
-    found = [name for name in head if name in units]
-    if len(found) != 1:
-        raise Error(f"{path}: the first line is {','.join(head)}, expected one column {what}: {' or '.join(units)}")
-    return found[0]
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+USUAL = {"y": np.nan, "radius": Well.radius, "spread": Well.spread}  # of columns that may be left out
+
+
+def _number(word):
+    if not NUMBER.fullmatch(word) or not np.isfinite(float(word)):
+        raise ValueError
+    return float(word)
 
 
 def read_wells(path):
-    """The wells of a CSV file: columns well (a name), x, z and perhaps y [m], days (or hours, s), and MPa (Pa) or
-    m3/day (L/s, m3/s). A row says what holds from its time on, until the next one of that well. Error: what the file
-    does not hold, with its line."""
+    """The wells of a CSV file, which -fault_wells reads too (src/fault/loads/wells.c): columns well (a name), x, z and
+    perhaps y [m], days (or hours, s), and MPa (Pa) or m3/day (L/s, m3/s), and perhaps radius and spread [m]. A row says
+    what holds from its time on, until the next one of that well. Error: what the file does not hold, with its line."""
     rows = csv_rows(path)
     if len(rows) < 2:
         raise Error(f"{path} has no rows, expected a line of names and a line for each change of a well")
-    head = rows[0][1]
-    when, what = _column(path, head, TIMES, "of times"), _column(path, head, {**PRESSURES, **RATES},
-                                                                 "of pressures or rates")
-    known = ["well", "x", "y", "z", when, what]
-    if not {"well", "x", "z"} <= set(head) or set(head) - set(known) or len(set(head)) < len(head):
-        raise Error(f"{path}: the first line is {','.join(head)}, expected well,x,y,z,{when},{what}, of which y may "
-                    "be left out")
+    first, head = rows[0]
+    when, what = [name for name in head if name in TIMES], [name for name in head if name in {**PRESSURES, **RATES}]
+    known = {"well", "x", "z", *USUAL, *when, *what}
+    if len(when) != 1 or len(what) != 1 or not {"well", "x", "z"} <= set(head) <= known or len(set(head)) < len(head):
+        raise Error(f"{path}, line {first} has the columns {','.join(head)}, expected well,x,y,z, one of "
+                    f"{', '.join(TIMES)}, and one of {', '.join({**RATES, **PRESSURES})}; y may be left out, and radius "
+                    "and spread [m] may be added")
+    when, what = when[0], what[0]
     found = {}
     for number, row in rows[1:]:
         try:
-            if len(row) != len(head) or not row[head.index("well")]:
+            if len(row) != len(head):
                 raise ValueError
-            numbers = {name: float(row[head.index(name)]) if name in head else np.nan for name in known[1:]}
-            if not all(np.isfinite(value) for name, value in numbers.items() if name in head):
+            of = {name: word if name == "well" else _number(word) for name, word in zip(head, row)}
+            if not of["well"] or any(ord(letter) < 32 or ord(letter) == 127 for letter in of["well"]):
                 raise ValueError
+            time, value = of[when] * TIMES[when], of[what] * {**PRESSURES, **RATES}[what]
         except ValueError:
-            raise Error(f"{path}, line {number}: expected a name and {len(head) - 1} finite numbers for "
+            raise Error(f"{path}, line {number}: expected {len(head)} words, a name and finite numbers, for "
                         f"{','.join(head)}") from None
-        place, time = np.array([numbers[name] for name in "xyz"]), numbers[when] * TIMES[when]
-        value = numbers[what] * {**PRESSURES, **RATES}[what]
-        well = found.setdefault(row[head.index("well")], (place, [], []))
-        if not np.array_equal(well[0], place, equal_nan=True):
-            raise Error(f"{path}, line {number}: the well {row[head.index('well')]} is at {tuple(map(float, place))}, "
-                        f"and at {tuple(map(float, well[0]))} before: expected one place")
-        if well[1] and time <= well[1][-1]:
-            raise Error(f"{path}, line {number}: {numbers[when]:g} {when} is not after the line before of this well: "
+        own = {**USUAL, **of}
+        if not own["radius"] > 0 or own["spread"] < 0 or (what in PRESSURES and own["spread"]):
+            raise Error(f"{path}, line {number}: radius is {own['radius']:g} m and spread {own['spread']:g} m, expected "
+                        f"a radius > 0 and a spread "
+                        f"{'0, as a pressure is held in the well' if what in PRESSURES else '>= 0'}")
+        same = [own[name] for name in ("x", "y", "z", "radius", "spread")]
+        place, times, values = found.setdefault(of["well"], (same, [], []))
+        if not np.array_equal(place, same, equal_nan=True):
+            raise Error(f"{path}, line {number}: the well {of['well']} is at {tuple(same[:3])}, and at "
+                        f"{tuple(place[:3])} before: expected one place, radius and spread")
+        if times and time <= times[-1]:
+            raise Error(f"{path}, line {number}: {of[when]:g} {when} is not after the line before of this well: "
                         "expected times that rise")
-        well[1].append(time)
-        well[2].append(value)
-    return [Well(name, place, np.array(time), np.array(value), what in PRESSURES)
+        times.append(time)
+        values.append(value)
+    return [Well(name, np.array(place[:3]), np.array(time), np.array(value), what in PRESSURES, *place[3:])
             for name, (place, time, value) in found.items()]
 
 
@@ -200,7 +212,7 @@ class Pressure:
                  -fault_injection
     end          [s], until when it is asked for
     per_rate     p* over the rate, eta / (4 pi k h) [Pa s/m^3], of wells with rates
-    radius       of the wells [m], where their pressure is, of wells with pressures
+    radius       [m], where the pressure of wells with pressures is; None: their own
 
     The rate that holds a well's pressure is one step after the other, eight a decade of the time since its last change,
     at whose ends all wells have their pressures. Error: wells above the ground or in one place. A SlipStepWarning for
@@ -209,6 +221,9 @@ class Pressure:
     def __init__(self, wells, diffusivity, places, area, end, per_rate=None, radius=None):
         if len({well.is_pressure for well in wells}) > 1:
             raise Error("some wells have pressures and others rates: expected one of them")
+        if spread := next((well for well in wells if well.spread), None):
+            raise Error(f"the well {spread.name} is spread over {spread.spread:g} m: expected 0, a point, or "
+                        "-fault_wells")
         self.diffusivity, self.end = diffusivity, end
         self.corners = np.unique(np.concatenate([well.time for well in wells]))
         self.first = self.corners[0]
@@ -224,7 +239,8 @@ class Pressure:
         self._tell_far(wells, places)
         changes = [time for time in self.corners if time < end] + [end]
         if wells[0].is_pressure:
-            self.steps = self._held(wells, at, changes, radius)
+            self.steps = self._held(wells, at, changes,
+                                    np.array([well.radius if radius is None else radius for well in wells]))
         else:
             history = History()
             for low, high, change in zip(changes, changes[1:],
@@ -254,11 +270,11 @@ class Pressure:
         """Steps by which wells have their pressures at their radius at the end of each."""
         from scipy.special import exp1
         distance2 = ((at[:, None, :] - at) ** 2).sum(axis=2)
-        apart = distance2[~np.eye(len(wells), dtype=bool)]
-        if apart.size and apart.min() <= (2 * radius) ** 2:
-            raise Error(f"two wells are less than two radii, {2 * radius:g} m, apart: expected wells at "
+        if (distance2 <= (radius[:, None] + radius) ** 2).sum() > len(wells):
+            raise Error(f"two wells are less than two radii, {2 * radius.max():g} m, apart: expected wells at "
                         "different places")
         np.fill_diagonal(distance2, radius ** 2)
+        radius = radius.max()
         felt = radius ** 2 / (4 * self.diffusivity * FELT)
         if min(np.diff(changes)) < felt:
             raise Error(f"a pressure is held for {min(np.diff(changes)):.4g} s, in which no rate is felt at a radius "

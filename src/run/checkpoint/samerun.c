@@ -290,6 +290,34 @@ static PetscErrorCode CompareHistory(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does so with the wells; older checkpoints have none. */
+static PetscErrorCode CompareWells(Differences *d, SlipFault fault)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  uint64_t hash = SLIP_HASH_START;
+  char digest[64] = "none";
+  PetscBool has;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < loads->nwells; k++) {
+    const SlipFaultWell *well = &loads->wells[k];
+    const PetscReal own[] = {well->place[0], well->place[1], well->place[2],
+                             well->radius,   well->spread,   (PetscReal)well->pressure};
+
+    hash = SlipHashBytes(hash, well->name, strlen(well->name));
+    hash = SlipHashReals(hash, own, PETSC_STATIC_ARRAY_LENGTH(own));
+    hash = SlipHashReals(hash, well->time, (size_t)well->rows);
+    hash = SlipHashReals(hash, well->value, (size_t)well->rows);
+  }
+  if (loads->nwells) (void)snprintf(digest, sizeof(digest), "%lld, %016" PRIx64, (long long)loads->nwells, hash);
+  PetscCall(SlipStateHasValue(d->s, "wells", &has));
+  if (has)
+    PetscCall(CompareText(d, "wells", digest));
+  else if (loads->nwells)
+    PetscCall(Differ(d, "%s is %s, was %s", "wells", digest, "none"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Compares the content of the tolerances for -fault_accuracy; older checkpoints have none. */
 static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
 {
@@ -370,6 +398,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
     if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->fields.cell[f]));
   if (cells) PetscCall(CompareRecord(&d, fault));
   if (cells) PetscCall(CompareHistory(&d, fault));
+  PetscCall(CompareWells(&d, fault));
   if (!d.text[0]) PetscCall(CompareReal(&d, "scaling_of_stiffness", fault->operators.scaling, "", CHECKPOINT_SAME));
   if (!d.text[0]) PetscCall(CompareReal(&d, "critical_energy", fault->critical.energy, "Pa m", CHECKPOINT_SAME));
   PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",

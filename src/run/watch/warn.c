@@ -30,6 +30,12 @@ static const struct {
   {FAULT_LOADING_RATE, 1e-15, 0.1, "km/s", "mm a year"},
   {FAULT_INITIAL_TRACTION, 1e3, 1e10, "MPa", "less than a Pa"},
   {FAULT_INJECTION_PRESSURE, 100, 1e10, "MPa", "less than a Pa"},
+  {FAULT_PERMEABILITY, 1e-24, 1e-7, "km^2", "darcys"},
+  {FAULT_PERMEABILITY_MAXIMUM, 1e-24, 1e-7, "km^2", "darcys"},
+  {FAULT_PERMEABILITY_SLIP, 1e-7, 100, "km", "mm"},
+  {FAULT_PERMEABILITY_STRESS, 1e3, 1e10, "MPa", "less than a Pa"},
+  {FAULT_PORE_COMPRESSIBILITY, 1e-13, 1e-5, "1/(less than a Pa)", "1/MPa or 1/GPa"},
+  {FAULT_FLUID_VISCOSITY, 1e-6, 10, "kPa s", "mPa s"},
 };
 
 /* A small length is plausible for a laboratory where d_c is below this share of it: samples of 0.1 to 3 m have d_c of

@@ -4,7 +4,7 @@
     slipstep wells WELLS.csv OUT.h5 --diffusivity 0.05 --radius 0.1 -- -fault_mesh mesh.h5
 
 WELLS.csv has the columns well (a name), x, y, z [m], days (or hours, s), and MPa (Pa) or m3/day (L/s, m3/s); y may be
-left out. A row says what holds from its time on. What follows -- are the options of the fault whose cells are meant.
+left out, and radius [m] added. A row says what holds from its time on. What follows -- are the options of the fault whose cells are meant.
 """
 
 import argparse
@@ -36,7 +36,8 @@ def arguments():
     parser.add_argument("--permeability-thickness", type=float, metavar="KH",
                         help="of wells with rates: permeability times thickness of the layer, k h [m^3]")
     parser.add_argument("--viscosity", type=float, default=1e-3, help="of the fluid [Pa s] (default 1e-3)")
-    parser.add_argument("--radius", type=float, default=0.1, help="of wells with pressures [m] (default 0.1)")
+    parser.add_argument("--radius", type=float, help="of wells with pressures [m] (default: the column radius, else "
+                                                       "0.1)")
     parser.add_argument("--end", type=seconds, metavar="TIME", help="until when: seconds, or a number with s, min, h, "
                         "d, y (default: twice the last time of WELLS.csv); then the pressure stays")
     parser.add_argument("--accuracy", type=float, default=0.01, help="largest error of the straight lines between the "
