@@ -97,9 +97,15 @@ static inline PetscBool SlipLoadsChange(const SlipFaultLoads *loads)
 
 PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out);
 PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
-PETSC_EXTERN PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]); /* [n] [Pa] */
+/* pressures.c */
+PETSC_INTERN PetscErrorCode SlipLoadsPressuresSetUp(SlipFaultLoads *loads);
+PETSC_INTERN PetscErrorCode SlipLoadsPressuresDestroy(SlipFaultLoads *loads);
+PETSC_EXTERN PetscErrorCode SlipLoadsPressures(const SlipFaultLoads *loads, PetscReal t, PetscBool diffusing,
+                                               PetscReal p[]);
+PETSC_INTERN PetscReal SlipLoadsPressuresEnd(const SlipFaultLoads *loads, PetscReal t);
+PETSC_INTERN PetscReal SlipLoadsPressuresScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration);
 PETSC_INTERN PetscErrorCode SlipLoadsBare(const SlipFaultLoads *loads, PetscReal t, PetscReal stress[]);
-PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t);             /* loads->own */
+PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t); /* loads->own */
 PETSC_INTERN PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share);
 PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscInt SlipLoadsCornerAfter(const SlipFaultLoads *loads, PetscReal t); /* its number; ncorners: none */

@@ -215,23 +215,6 @@ PetscReal SlipFaultFluidPores(SlipFault fault, PetscInt i)
 
 /* ---- one step of the diffusion ---- */
 
-/* The next time after t at which a well changes [s]; PETSC_MAX_REAL: none */
-static PetscReal NextChange(SlipFault fault, PetscReal t)
-{
-  PetscReal next = PETSC_MAX_REAL;
-
-  for (PetscInt k = 0; k < fault->loads.nwells; k++) {
-    const SlipFaultWell *well = &fault->loads.wells[k];
-
-    for (PetscInt j = 0; j < well->rows; j++)
-      if (well->time[j] > t) {
-        next = PetscMin(next, well->time[j]);
-        break;
-      }
-  }
-  return next;
-}
-
 /* Sets inflow [m^3/s] and what leaves per pressure from t on, at the conductances along. */
 static void Inflow(SlipFault fault, PetscReal t, const PetscReal along[], PetscReal sink[], PetscReal inflow[])
 {
@@ -417,7 +400,7 @@ static PetscReal Rounded(const SlipFaultFluid *f, PetscReal h)
 static PetscErrorCode StepOnce(SlipFault fault, SlipFluidPath *path, PetscReal until)
 {
   SlipFaultFluid *f = &fault->fluid;
-  const PetscReal change = NextChange(fault, path->from.time), end = PetscMin(until, change);
+  const PetscReal change = SlipLoadsPressuresEnd(&fault->loads, path->from.time), end = PetscMin(until, change);
   const PetscReal room = end - path->from.time, wanted = path->from.next;
   PetscReal h = wanted > room * (1 - 1e-9) ? room : wanted > room / 2 ? room / 2 : wanted, E;
   PetscBool lands = h == room ? PETSC_TRUE : PETSC_FALSE, cut = h < wanted ? PETSC_TRUE : PETSC_FALSE;

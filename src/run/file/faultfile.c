@@ -488,7 +488,7 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   PetscCall(VecGetArrayWrite(out->numbers, &x));
   if (f != OUTPUT_PORE_PRESSURE) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
   if (f == OUTPUT_PORE_PRESSURE)
-    PetscCall(SlipLoadsPressure(&fault->loads, time, x));
+    PetscCall(SlipLoadsPressures(&fault->loads, time, PETSC_TRUE, x));
   else if (f == OUTPUT_NORMAL_STRESS)
     PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
   else
