@@ -1,5 +1,6 @@
 /* Fluid that diffuses in cells of several processes: as on one, and no volume is lost between them. Exit code 0: good. */
 #include "ranks.h"
+#include "cells.h"
 #include "diffusion.h"
 
 enum { NX = 24, NZ = 17, STEPS = 6 };
@@ -74,6 +75,15 @@ static PetscErrorCode Test(void)
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_diffusion_ranks_%d.h5", (int)size));
   PetscCall(Compare("", NX * NZ));
   if (!rank) PetscCall(FluidTriangles(file, NX, NZ, 0.5, Kinked));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  PetscCall(Compare(file, 2 * NX * NZ));
+  PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
+  if (!rank) { /* two planes of rectangles that meet in an edge */
+    static PetscReal numbers[8 * 2 * NX * NZ];
+    const SlipCells cells = TwoDippingPlanes(NX, NZ, numbers);
+
+    PetscCall(WriteCells(file, &cells));
+  }
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   PetscCall(Compare(file, 2 * NX * NZ));
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
