@@ -76,7 +76,9 @@ typedef struct {
   PetscBool stressed; /* the effective normal stress does */
   const SlipPermeabilityLaw *law;
   SlipDiffusion diffusion;
-  PetscReal first;                           /* length of a first step of the diffusion [s] */
+  SlipDiffusion
+    shown;         /* of the flux that is asked for, so that solvers of the run do not see whether it is; NULL: never */
+  PetscReal first; /* length of a first step of the diffusion [s] */
   PetscReal *storage, *unit, *leak, *source; /* [n] [m^3/Pa]; w/eta [m/(Pa s)]; [m^3/(Pa s)]; [m^3/s] */
   PetscReal *border;                         /* [n] [Pa]; NaN: nothing flows there */
   PetscReal *index;                          /* [nwells] rate over conductance and pressure; 0: of spread rates */

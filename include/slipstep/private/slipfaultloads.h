@@ -99,7 +99,7 @@ PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, Petsc
 PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
 PETSC_EXTERN PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]); /* [n] [Pa] */
 PETSC_INTERN PetscErrorCode SlipLoadsBare(const SlipFaultLoads *loads, PetscReal t, PetscReal stress[]);
-PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t);             /* loads->own */
+PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t); /* loads->own */
 PETSC_INTERN PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share);
 PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscInt SlipLoadsCornerAfter(const SlipFaultLoads *loads, PetscReal t); /* its number; ncorners: none */

@@ -175,6 +175,7 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
   PetscFunctionBegin;
   if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipDiffusionDestroy(&f->diffusion));
+  PetscCall(SlipDiffusionDestroy(&f->shown));
   for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscFree(f->work[k]));
   PetscCall(PetscFree4(f->storage, f->unit, f->leak, f->source));
   PetscCall(PetscFree(f->border));

@@ -80,17 +80,21 @@ static PetscErrorCode PermeabilityAt(SlipFault fault, PetscReal t)
 PetscErrorCode SlipFaultFluidFlow(SlipFault fault, PetscReal t, PetscReal permeability[], PetscReal flux[])
 {
   SlipFaultFluid *f = &fault->fluid;
+  const SlipDiffusion own = f->diffusion;
   const PetscReal moment = 1e-6 * f->first; /* so short that pressures stay, while those of sides follow from them */
 
   PetscFunctionBegin;
   PetscCall(PermeabilityAt(fault, t));
   if (permeability) PetscCall(PetscArraycpy(permeability, f->work[FLUID_WORK_ALONG], fault->mesh.n));
   if (!flux) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!f->shown) PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->shown));
+  f->diffusion = f->shown;
   PetscCall(SlipFluidSetOperator(fault, t));
+  f->diffusion = own;
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     f->work[FLUID_WORK_RIGHT][i] = f->storage[i] * f->work[FLUID_WORK_OWN][i];
-  PetscCall(SlipDiffusionSolve(f->diffusion, moment, f->work[FLUID_WORK_RIGHT], f->work[FLUID_WORK_OWN]));
-  PetscCall(SlipDiffusionFlow(f->diffusion, NULL, flux));
+  PetscCall(SlipDiffusionSolve(f->shown, moment, f->work[FLUID_WORK_RIGHT], f->work[FLUID_WORK_OWN]));
+  PetscCall(SlipDiffusionFlow(f->shown, NULL, flux));
   for (PetscInt i = 0; i < 2 * fault->mesh.n; i++) flux[i] /= fault->fields.cell[FIELD_APERTURE][i / 2];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
