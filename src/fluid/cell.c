@@ -177,16 +177,19 @@ void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPieces *p, const
   }
 }
 
-/* Peaceman, D. W., 1983, SPE Journal 23, 531-543: of rectangles, in coordinates in which the permeability is the same in
-   both directions */
+/* Peaceman, D. W., 1983, Interpretation of well-block pressures in numerical reservoir simulation with nonsquare grid
+   blocks and anisotropic permeability, SPE Journal 23, 531-543: the radius of rectangles, in coordinates in which the
+   permeability is the same in both directions. For triangles it was measured as the radius at which -log(r)/(2 pi) is
+   the pressure of a cell with a source of one, whose border follows that logarithm: 0.333 sqrt(A) for equilateral and
+   0.314 sqrt(A) for isosceles right triangles. For 120 triangles whose corners were shaken by 0.15 and 0.3 of a side,
+   r/(A/sqrt(sum of squares of corners from the centroid)) is 0.512 +- 0.027 and 0.50 +- 0.06, for those without 0.507
+   and 0.512. */
 PetscReal SlipFluidCellRadius(const SlipFluidCell *c)
 {
   const PetscReal a = c->along > 0 && c->down > 0 ? PetscSqrtReal(PetscSqrtReal(c->down / c->along)) : 1;
-  PetscReal square = 0;
+  PetscReal square = 0, g[3][2];
 
-  if (c->corners == 4)
-    square = 4 * (PetscSqr(a * c->corner[0][0]) + PetscSqr(c->corner[0][1] / a));
-  else
-    for (int k = 0; k < 3; k++) square += PetscSqr(a * c->corner[k][0]) + PetscSqr(c->corner[k][1] / a);
-  return 0.28 * PetscSqrtReal(square) / (a + 1 / a);
+  if (c->corners == 4) return 0.28 * 2 * PetscHypotReal(a * c->corner[0][0], c->corner[0][1] / a) / (a + 1 / a);
+  for (int k = 0; k < 3; k++) square += PetscSqr(a * c->corner[k][0]) + PetscSqr(c->corner[k][1] / a);
+  return 0.51 * Gradients(c->corner, g) / PetscSqrtReal(square) * 2 / (a + 1 / a);
 }

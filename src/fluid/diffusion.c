@@ -18,7 +18,7 @@ enum { FLUID_PASSES = 8 };
 
 struct _SlipDiffusion {
   MPI_Comm comm;
-  PetscInt n;
+  PetscInt n, all; /* cells of this process, and of all */
   SlipFluidSides sides;
   SlipFluidCell *cell; /* [n] */
   PetscReal *t;        /* [pieces of all n cells] weights, */
@@ -29,8 +29,9 @@ struct _SlipDiffusion {
   PetscReal *gathered; /* [most] pressures of the pieces of a cell */
   PetscReal *value;    /* of the matrix, cell by cell */
   PetscReal dt;        /* the matrix is that of this step; 0: of none */
-  PetscReal noise;     /* rounding of fluxes over that of pressures, in the change of a pressure */
+  PetscReal ratio;     /* largest dt T/C: also by how much rounding grows from pressures to changes by fluxes */
   PetscBool set;
+  char *prefix;               /* of the solver's options */
   Vec lambda, residual, step; /* of pieces, with ghosts */
   Mat A;
   KSP ksp;
@@ -76,13 +77,14 @@ PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[
 {
   SlipDiffusion d;
   PetscInt entries, local;
-  PC pc;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&d));
   *out = d;
   d->comm = mesh->comm;
   d->n = mesh->n;
+  d->all = mesh->N;
+  PetscCall(PetscStrallocpy(prefix, &d->prefix));
   PetscCall(SlipFluidSidesCreate(mesh, &d->sides));
   entries = d->sides.offset[d->n];
   local = d->sides.owned + d->sides.ghosts;
@@ -104,8 +106,6 @@ PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[
   PetscCall(KSPSetOptionsPrefix(d->ksp, prefix));
   PetscCall(KSPSetOperators(d->ksp, d->A, d->A));
   PetscCall(KSPSetType(d->ksp, KSPCG));
-  PetscCall(KSPGetPC(d->ksp, &pc));
-  PetscCall(PCSetType(pc, PCBJACOBI));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,6 +122,7 @@ PetscErrorCode SlipDiffusionDestroy(SlipDiffusion *out)
   PetscCall(VecDestroy(&d->step));
   PetscCall(PetscFree(d->cell));
   PetscCall(PetscFree(d->value));
+  PetscCall(PetscFree(d->prefix));
   PetscCall(PetscFree6(d->t, d->total, d->sum, d->held, d->flux, d->gathered));
   PetscCall(SlipFluidSidesDestroy(&d->sides));
   PetscCall(PetscFree(*out));
@@ -218,10 +219,10 @@ PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusionCells *cells
 static PetscErrorCode Assemble_SlipDiffusion(SlipDiffusion d, PetscReal dt)
 {
   const SlipFluidSides *s = &d->sides;
-  PetscReal *value = d->value;
+  PetscReal *value = d->value, mean = 0;
 
   PetscFunctionBegin;
-  d->noise = 0;
+  d->ratio = 0;
   for (PetscInt i = 0; i < d->n; i++) {
     const SlipFluidCell *c = &d->cell[i];
     const SlipFluidPieces p = Pieces(d, i);
@@ -235,11 +236,13 @@ static PetscErrorCode Assemble_SlipDiffusion(SlipDiffusion d, PetscReal dt)
         if (b != a) value[m * a + b] = value[m * b + a] = 0;
     }
     value += m * m;
-    d->noise = PetscMax(d->noise, dt * d->total[i] / (c->storage + dt * c->sink));
+    d->ratio = PetscMax(d->ratio, dt * d->total[i] / (c->storage + dt * c->sink));
+    mean += dt * d->total[i] / (c->storage + dt * c->sink) / (PetscReal)d->all;
   }
-  PetscCall(SlipAllreduceLargest(d->comm, 1, &d->noise));
+  PetscCall(SlipAllreduceLargest(d->comm, 1, &d->ratio));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mean, 1, MPIU_REAL, MPIU_SUM, d->comm));
   PetscCall(MatSetValuesCOO(d->A, d->value, INSERT_VALUES));
-  if (d->dt == 0) PetscCall(KSPSetFromOptions(d->ksp));
+  PetscCall(SlipFluidSolverChoose(d->ksp, d->all, mean));
   d->dt = dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -334,8 +337,8 @@ static PetscErrorCode Improve_SlipDiffusion(SlipDiffusion d, PetscReal dt, Petsc
   PetscCall(KSPSolve(d->ksp, d->residual, d->step));
   PetscCall(KSPGetConvergedReason(d->ksp, &reason));
   PetscCheck(reason > 0 || reason == KSP_DIVERGED_ITS, d->comm, PETSC_ERR_NOT_CONVERGED,
-             "the diffusion of fluid over %g s has no solution, %s: expected finite coefficients and sources",
-             (double)dt, KSPConvergedReasons[reason]);
+             "the diffusion of fluid over %g s: %s, expected another preconditioner (-%spc_type jacobi)", (double)dt,
+             KSPConvergedReasons[reason], d->prefix);
   PetscCall(VecAXPY(d->lambda, 1, d->step));
   PetscCall(VecGhostUpdateBegin(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGhostUpdateEnd(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
@@ -380,12 +383,12 @@ PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal
     PetscCheck(!PetscIsInfOrNanReal(size[0]), d->comm, PETSC_ERR_FP,
                "the diffusion of fluid over %g s: pressures or sources are not finite", (double)dt);
     /* enough; or no more than rounding, which iterations do not lessen */
-    if (size[0] <= FLUID_TOLERANCE * size[1] || size[0] <= 4 * PETSC_MACHINE_EPSILON * (1 + d->noise) * size[2]) break;
+    if (size[0] <= FLUID_TOLERANCE * size[1] || size[0] <= 4 * PETSC_MACHINE_EPSILON * (1 + d->ratio) * size[2]) break;
     PetscCheck(
       pass < FLUID_PASSES, d->comm, PETSC_ERR_NOT_CONVERGED,
-      "the diffusion of fluid over %g s: an error of %g Pa is left of a change of %g Pa after %d solves, expected "
-      "another solver (-%s..., see -help)",
-      (double)dt, (double)size[0], (double)size[1], (int)pass, "fault_fluid_");
+      "the diffusion of fluid over %g s: after %d solves %g Pa of a change of %g Pa are wrong, expected another "
+      "preconditioner (-%spc_type jacobi)",
+      (double)dt, (int)pass, (double)size[0], (double)size[1], d->prefix);
     if (size[1] > 0) tolerance = PetscMax(0.3 * FLUID_TOLERANCE * size[1] / size[0], 1e-13);
     PetscCall(Improve_SlipDiffusion(d, dt, PetscMin(tolerance, 0.1), lack, y));
   }

@@ -139,7 +139,7 @@ static void Spreads(Maker *maker, PetscReal ratio)
   PetscReal error[LEVELS];
 
   for (int level = 0; level < LEVELS; level++) {
-    const PetscInt n = 40 << level;
+    const PetscInt n = 32 << level;
     Gauss g = {start, start, rock.storage};
     PetscReal before, after;
     Fluid f;

@@ -64,3 +64,6 @@ PETSC_INTERN void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPiece
 PETSC_INTERN void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPieces *p, const PetscReal flux[],
                                       PetscReal centre[2]);
 PETSC_INTERN PetscReal SlipFluidCellRadius(const SlipFluidCell *c);
+
+/* solver.c: for a matrix that is set; step: dt times what flows out of a cell per pressure, over its storage, on average */
+PETSC_INTERN PetscErrorCode SlipFluidSolverChoose(KSP ksp, PetscInt cells, PetscReal step);
