@@ -15,8 +15,8 @@ from slipstep.modules import ENVIRONMENT
 
 # a fault near failure, which the pressure of two wells makes slip
 RUN = ("-fault_nx 8 -fault_nz 6 -fault_length_x 2400 -fault_length_z 1800 -fault_depth_top 2000 -fault_inertia no "
-       "-fault_viscosity radiation -fault_normal_stress 40e6 -fault_normal_stress_gradient 0 -fault_friction_slip 0.004 "
-       "-fault_friction_law linear_slip_weakening -fault_initial traction -fault_initial_traction 23.9e6 "
+       "-fault_viscosity radiation -fault_normal_stress 40e6 -fault_normal_stress_gradient 0 -fault_friction_slip "
+       "0.004 -fault_friction_law linear_slip_weakening -fault_initial traction -fault_initial_traction 23.9e6 "
        "-fault_permeability 1e-13 -fault_permeability_ratio 0.5 -fault_leakoff 1e-16 -fault_fluid_border open "
        "-fault_wells wells.csv -fault_output_fields slip,pore_pressure,permeability,fluid_flux -ts_max_time 20d "
        "-fault_output run.h5 -fault_catalogue events.h5 -fault_output_overwrite -fault_progress no")

@@ -1,5 +1,5 @@
-/* The columns of /series of a run of a fault: means and sums over its cells, moments of each fault, and volumes and wells
-   of pore fluid. */
+/* The columns of /series of a run of a fault: means and sums over its cells, moments of each fault, and volumes and
+   wells of pore fluid. */
 #include <slipstep/private/sliprunfiles.h>
 #include <string.h>
 
