@@ -293,7 +293,8 @@ class Wells(FaultTest, PictureTest):
         table = {name: text.encode() for name, text in {
             "empty": "", "comment alone": "# nothing\n", "no rows": head, "no well": f"x,z,days,MPa\n{row}",
             "another name": f"{head.replace('well', 'name')}\n{row}", "no time": f"well,x,y,z,m3/day\n{row}",
-            "no value": f"well,x,y,z,days\n{row}", "two times": f"{head},s\n{row},1", "two values": f"{head},Pa\n{row},1",
+            "no value": f"well,x,y,z,days\n{row}", "two times": f"{head},s\n{row},1",
+            "two values": f"{head},Pa\n{row},1",
             "a column twice": f"{head},x\n{row},1", "unknown column": f"{head},depth\n{row},1",
             "unit in capitals": f"{head.replace('m3', 'M3')}\n{row}", "semicolons": f"{head};\n{row}".replace(",", ";"),
             "seventeen columns": f"{head},{','.join('abcdefghijk')}\n{row}",
@@ -303,13 +304,15 @@ class Wells(FaultTest, PictureTest):
             "not a number": f"{head}\nA,1200,0,2900,1,two", "infinite": f"{head}\nA,1200,0,2900,1,inf",
             "nan": f"{head}\nA,1200,nan,2900,1,2", "too large": f"{head}\nA,1200,0,2900,1,1e999",
             "hexadecimal": f"{head}\nA,0x10,0,2900,1,2", "digits apart": f"{head}\nA,1_200,0,2900,1,2",
-            "decimal comma": f'{head}\nA,1200,0,2900,1,"2,5"', "an exponent without digits": f"{head}\nA,1200,0,2900,1,2e",
+            "decimal comma": f'{head}\nA,1200,0,2900,1,"2,5"',
+            "an exponent without digits": f"{head}\nA,1200,0,2900,1,2e",
             "other digits": f"{head}\nA,1200,0,2900,1,\u0662", "two signs": f"{head}\nA,1200,0,2900,1,+-2",
             "words within": f"{head}\nA,1200,0,2900,1,2 3", "empty number": f"{head}\nA,1200,0,,1,2",
             "times that fall": f"{head}\n{row}\nA,1200,0,2900,0.5,2", "times that stay": f"{head}\n{row}\n{row}",
             "another place": f"{head}\n{row}\nA,1200,0,2901,2,2", "another y": f"{head}\n{row}\nA,1200,1,2900,2,2",
             "radius 0": f"{head},radius\n{row},0", "negative radius": f"{head},radius\n{row},-0.1",
-            "negative spread": f"{head},spread\n{row},-1", "another radius": f"{head},radius\n{row},1\nA,1200,0,2900,2,2,2",
+            "negative spread": f"{head},spread\n{row},-1",
+            "another radius": f"{head},radius\n{row},1\nA,1200,0,2900,2,2,2",
             "another spread": f"{head},spread\n{row},1\nA,1200,0,2900,2,2,2",
             "pressure that is spread": f"{head.replace('m3/day', 'MPa')},spread\n{row},100"}.items()}
         table["latin-1"] = f"{head}\n\xf6{row}".encode("latin-1")
@@ -327,8 +330,10 @@ class Wells(FaultTest, PictureTest):
         """Both read them alike, to the six digits that are printed."""
         plain = b"well,x,z,hours,L/s\nA,1200,2900,1,2\nB,300,2150,0,-.5\nA,1200,2900,7.5,0\n"
         quoted = b'well,x,z,hours,L/s\n"A ",1200,2900,1,2\n"B",300,"2150",0,-.5\nA,1200,2900, 7.5 ,"0"\n'
-        table = {"plain": plain, "carriage returns": plain.replace(b"\n", b"\r\n"), "old ones": plain.replace(b"\n", b"\r"),
-                 "byte order mark": b"\xef\xbb\xbf" + plain, "no last line end": plain.rstrip(), "quotation marks": quoted,
+        table = {"plain": plain, "carriage returns": plain.replace(b"\n", b"\r\n"),
+                 "old ones": plain.replace(b"\n", b"\r"),
+                 "byte order mark": b"\xef\xbb\xbf" + plain, "no last line end": plain.rstrip(),
+                 "quotation marks": quoted,
                  "comments": b"# made by hand, it's said\n\n" + plain.replace(b"B,", b" ,,,,\n# B\nB,"),
                  "spaces": plain.replace(b",", b" , "), "exponents": plain.replace(b"7.5", b"+75.E-1")}
         for name, data in table.items():
@@ -349,10 +354,12 @@ class Wells(FaultTest, PictureTest):
     def test_wells_off_the_fault(self):
         """An error says how far the well is, and numbers in other units are a warning, as those of `slipstep wells`."""
         far = self.both(b"well,x,z,days,L/s\nA,7.2e5,2900,1,2\n")[1]
-        self.assertRegex(far, r"the well A is 717\d\d\d(\.\d+)? m from .* size is 424.264 m, .* x = 150 to 2250, y = 0 to 0")
+        self.assertRegex(far, r"the well A is 717\d\d\d(\.\d+)? m from .* size is 424.264 m, .* x = 150 to 2250, "
+                         "y = 0 to 0")
         self.put("wells.csv", "well,x,y,z,days,L/s\nA,1200,20,2900,1,2000000\n")
         self.put("many.csv", "well,x,z,days,L/s,spread\nA,1200,2900,1,1,1e3\n")
-        for name, words in (("wells.csv", "the largest rate of the well A is 2000 m^3/s: is it given in L/s or m^3/day"),
+        for name, words in (("wells.csv", "the largest rate of the well A is 2000 m^3/s: is it given in L/s or "
+                             "m^3/day"),
                             ("many.csv", "in 48 cells")):
             done = subprocess.run([FAULT, *GRID, "-fault_permeability", "1e-15", "-fault_wells", name, "-fault_view",
                                    "-ts_max_steps", "0"], cwd=self.folder.name, stdout=subprocess.PIPE,

@@ -108,6 +108,7 @@ static const struct {
   [FEATURE_OUTPUT_OPENING] = {"-fault_output_fields slip,opening", "", SLIP_FEATURE(OUTPUT)},
   [FEATURE_OUTPUT_TEMPERATURE] = {"-fault_output_fields slip,temperature", "", SLIP_FEATURE(OUTPUT)},
   [FEATURE_OUTPUT_ZONE] = {"-fault_output_fields slip,shear_zone_pressure", "", SLIP_FEATURE(OUTPUT)},
+  [FEATURE_OUTPUT_FLUID] = {"-fault_output_fields slip,fluid_flux", "", SLIP_FEATURE(OUTPUT)},
   [FEATURE_STATIONS] = {"-fault_stations 1400,2600"},
   [FEATURE_SURFACE_STATIONS] = {"-fault_surface_stations 100,100"},
   [FEATURE_CATALOGUE] = {"-fault_catalogue events.h5"},
@@ -225,7 +226,8 @@ static void Options(SlipFaultFeatureSet set, PetscInt a, PetscInt b, char text[]
   const PetscBool planes = set & SLIP_FEATURE(PLANES) ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool list = set & (SLIP_FEATURE(RECTANGLES) | SLIP_FEATURE(TRIANGLES)) ? PETSC_TRUE : PETSC_FALSE;
   const SlipFaultFeatureSet fields = SLIP_FEATURE(OUTPUT_PRESSURE) | SLIP_FEATURE(OUTPUT_OPENING) |
-                                     SLIP_FEATURE(OUTPUT_TEMPERATURE) | SLIP_FEATURE(OUTPUT_ZONE);
+                                     SLIP_FEATURE(OUTPUT_TEMPERATURE) | SLIP_FEATURE(OUTPUT_ZONE) |
+                                     SLIP_FEATURE(OUTPUT_FLUID);
 
   text[0] = '\0';
   Add(text, len, base, list, planes);

@@ -13,8 +13,8 @@ static const SlipPermeabilityLaw *Law(const char name[])
   return law;
 }
 
-/* dk/dt = |V|/L (kmax - k) + (k0 - k)/T by the classical Runge-Kutta method in 2000 steps. Its error is (a/2000)^4 a/120
-   of what decays by exp(-a), less than 1e-11 for a <= 10. */
+/* dk/dt = |V|/L (kmax - k) + (k0 - k)/T by the classical Runge-Kutta method in 2000 steps. Its error is
+   (a/2000)^4 a/120 of what decays by exp(-a), less than 1e-11 for a <= 10. */
 static PetscReal Solved(const SlipPermeability *c, PetscReal x, PetscReal slip, PetscReal h)
 {
   const PetscInt steps = 2000;

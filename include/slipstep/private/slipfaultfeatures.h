@@ -104,6 +104,8 @@
   LATE(OUTPUT_TEMPERATURE, OWN, "-fault_output_fields temperature", Given(f, FAULT_OUTPUT) && Lists(f, "temperature")) \
   LATE(OUTPUT_ZONE, OWN, "-fault_output_fields shear_zone_pressure",                                                   \
        Given(f, FAULT_OUTPUT) && Lists(f, "shear_zone_pressure"))                                                      \
+  LATE(OUTPUT_FLUID, OWN, "-fault_output_fields permeability or fluid_flux",                                           \
+       Given(f, FAULT_OUTPUT) && (Lists(f, "permeability") || Lists(f, "fluid_flux")))                                 \
   LATE(STATIONS, OWN, "-fault_stations", Given(f, FAULT_STATIONS))                                                     \
   LATE(SURFACE_STATIONS, OWN, "-fault_surface_stations", Given(f, FAULT_SURFACE_STATIONS))                             \
   LATE(CATALOGUE, OWN, "-fault_catalogue", Given(f, FAULT_CATALOGUE))                                                  \

@@ -58,16 +58,25 @@ typedef struct {
   const PetscReal *dilation, *swelling;                /* [m^3/s], [m^3/s^2] */
 } SlipFluidDrive;
 
-/* A way through steps of the diffusion, of which the last one is known: its ends, and the pressure within */
+/* A way through steps of the diffusion, of which the last two are known: their ends, and the pressure within. Searches
+   for an onset go forth and back. */
 typedef struct {
-  PetscBool begun, stepped; /* from is valid; to is */
+  PetscBool begun, stepped, kept; /* from is valid; to is; before is */
   PetscInt slot;
   PetscReal start; /* time of the history where it began [s] */
   SlipFluidDrive drive;
-  SlipFluidNode from, to;
-  PetscReal *middle; /* [n] pressure at from + SLIP_FLUID_GAMMA step [Pa] */
-  PetscReal between[FLUID_NUM_VOLUMES];
+  SlipFluidNode before, from, to;
+  /* at a share SLIP_FLUID_GAMMA of either step: pressure [n] [Pa], volumes */
+  PetscReal *middle, *middle_before, between[FLUID_NUM_VOLUMES], between_before[FLUID_NUM_VOLUMES];
 } SlipFluidPath;
+
+/* The step of a path that contains a time, and the shares of its start, the first stage and its end there; without a
+   step only the first */
+typedef struct {
+  const SlipFluidNode *from, *to;
+  const PetscReal *middle, *between;
+  PetscReal weight[3], share; /* share: of the way in time */
+} SlipFluidPlace;
 
 typedef struct {
   PetscBool on;       /* some permeability is not 0 */
@@ -76,7 +85,9 @@ typedef struct {
   PetscBool stressed; /* the effective normal stress does */
   const SlipPermeabilityLaw *law;
   SlipDiffusion diffusion;
-  PetscReal first;                           /* length of a first step of the diffusion [s] */
+  SlipDiffusion
+    shown;         /* of the flux that is asked for, so that solvers of the run do not see whether it is; NULL: never */
+  PetscReal first; /* length of a first step of the diffusion [s] */
   PetscReal *storage, *unit, *leak, *source; /* [n] [m^3/Pa]; w/eta [m/(Pa s)]; [m^3/(Pa s)]; [m^3/s] */
   PetscReal *border;                         /* [n] [Pa]; NaN: nothing flows there */
   PetscReal *index;                          /* [nwells] rate over conductance and pressure; 0: of spread rates */
@@ -115,7 +126,7 @@ PETSC_INTERN PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFlu
                                                   const PetscReal state[], const PetscReal pressure[], PetscReal k[]);
 PETSC_INTERN PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t);
 PETSC_INTERN PetscErrorCode SlipFluidPressureAt(SlipFault fault, PetscReal t, PetscReal p[]);
-PETSC_INTERN PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t);
+PETSC_INTERN PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t, SlipFluidPlace *place);
 PETSC_INTERN void SlipFluidForget(SlipFault fault);
 /* fluidhistory.c: what SlipElasticAccept() and its like do for the medium */
 PETSC_INTERN PetscErrorCode SlipFaultFluidStart(SlipFault fault, PetscReal t);

@@ -15,6 +15,8 @@ typedef enum {
   OUTPUT_NORMAL_STRESS,
   OUTPUT_TEMPERATURE,
   OUTPUT_ZONE_PRESSURE,
+  OUTPUT_PERMEABILITY,
+  OUTPUT_FLUID_FLUX,
   OUTPUT_OPENING,
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
@@ -49,6 +51,8 @@ typedef struct {
 } * SlipFaultOutput;
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, without a file yet */
+PETSC_INTERN PetscErrorCode SlipFaultSeriesCreate(SlipFault fault, TS ts);        /* faultseries.c */
+PETSC_INTERN PetscErrorCode SlipFaultSeriesName(SlipFault fault, SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput output, void *ctx);
 PETSC_INTERN PetscInt SlipFaultOutputCount(SlipFault fault); /* possible number of fields */
@@ -65,6 +69,7 @@ typedef struct {
   PetscReal onset;            /* [s] */
   PetscReal elastic, kinetic; /* energies at the onset [J] */
   PetscReal peak;             /* largest slip rate so far [m/s] */
+  PetscReal pressure;         /* of pore fluid at the hypocentre at the onset, where fluid diffuses [Pa] */
   PetscReal time[2], rate[2]; /* ends of the last two steps [s], largest slip rates there [m/s] */
   PetscInt cell;              /* hypocentre, numbered as in files */
   PetscInt steps;
@@ -110,6 +115,9 @@ typedef enum {
   EVENT_FAULT_DISSIPATED_ENERGY,
   EVENT_ALL_COLUMNS
 } SlipEventColumn;
+/* Where pore fluid diffuses in the fault, two more follow, which are the last ones of a row: the distance from the
+   hypocentre to the nearest well, and the pressure there at the onset. */
+enum { EVENT_FLUID_COLUMNS = 2 };
 
 /* A step of an event and its cached data: states at its nodes, from its start, or the onset in it, to its end */
 #define SLIP_EVENT_NODES 3

@@ -149,9 +149,10 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
     PetscCall(VecCreate(fault->comm, &f->past[k].cells));
     PetscCall(VecSetSizes(f->past[k].cells, f->block * n, PETSC_DETERMINE));
     PetscCall(VecSetType(f->past[k].cells, VECSTANDARD));
+    PetscCall(CreateNode(n, &f->path[k].before));
     PetscCall(CreateNode(n, &f->path[k].from));
     PetscCall(CreateNode(n, &f->path[k].to));
-    PetscCall(PetscCalloc1(n + 1, &f->path[k].middle));
+    PetscCall(PetscCalloc2(n + 1, &f->path[k].middle, n + 1, &f->path[k].middle_before));
     for (int j = 0; j < 6; j++) PetscCall(PetscCalloc1(n + 1, &f->array[k][j]));
     f->path[k].drive = (SlipFluidDrive){.speed = f->array[k][0],
                                         .curve = f->array[k][1],
@@ -175,17 +176,18 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
   PetscFunctionBegin;
   if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipDiffusionDestroy(&f->diffusion));
+  PetscCall(SlipDiffusionDestroy(&f->shown));
   for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscFree(f->work[k]));
   PetscCall(PetscFree4(f->storage, f->unit, f->leak, f->source));
   PetscCall(PetscFree(f->border));
   PetscCall(PetscFree(f->index));
   PetscCall(PetscFree(f->reached));
   for (int k = 0; k < 2; k++) {
-    SlipFluidNode *const node[] = {&f->path[k].from, &f->path[k].to};
+    SlipFluidNode *const node[] = {&f->path[k].before, &f->path[k].from, &f->path[k].to};
 
     PetscCall(VecDestroy(&f->past[k].cells));
-    for (int j = 0; j < 2; j++) PetscCall(PetscFree3(node[j]->pressure, node[j]->rate, node[j]->state));
-    PetscCall(PetscFree(f->path[k].middle));
+    for (int j = 0; j < 3; j++) PetscCall(PetscFree3(node[j]->pressure, node[j]->rate, node[j]->state));
+    PetscCall(PetscFree2(f->path[k].middle, f->path[k].middle_before));
     for (int j = 0; j < 6; j++) PetscCall(PetscFree(f->array[k][j]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -435,7 +437,18 @@ PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, 
   while (path->stepped ? t > path->to.time : t > path->from.time) {
     const PetscBool first = path->stepped ? PETSC_FALSE : PETSC_TRUE;
 
-    if (path->stepped) CopyNode(fault->mesh.n, &path->to, &path->from);
+    if (path->stepped) {
+      const SlipFluidNode node = path->before;
+      PetscReal *const middle = path->middle_before;
+
+      path->before = path->from;
+      path->from = node;
+      path->middle_before = path->middle;
+      path->middle = middle;
+      PetscCall(PetscArraycpy(path->between_before, path->between, FLUID_NUM_VOLUMES));
+      CopyNode(fault->mesh.n, &path->to, &path->from);
+      path->kept = PETSC_TRUE;
+    }
     path->stepped = PETSC_FALSE;
     /* what slip drives is wanted at the end of an attempt first, and the extrapolated slip is not that of a longer one
      */
@@ -474,20 +487,34 @@ PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slo
   PetscCall(VecRestoreArrayRead(f->past[slot].cells, &a));
   path->slot = slot;
   path->begun = PETSC_TRUE;
-  path->stepped = PETSC_FALSE;
+  path->stepped = path->kept = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Extends the path of the history so that t is in its last step, or at its start. */
-PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t)
+/* Extends the path of the history to t, and gets the place of t in it. Collective. */
+PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t, SlipFluidPlace *place)
 {
   SlipFaultFluid *f = &fault->fluid;
   SlipFluidPath *path = &f->path[0];
   const PetscInt slot = f->trial && t < f->past[1].time ? 0 : 1;
+  PetscReal s;
 
   PetscFunctionBegin;
-  if (!path->begun || path->slot != slot || t < path->from.time) PetscCall(SlipFluidBegin(fault, path, slot));
+  if (!path->begun || path->slot != slot || t < (path->kept ? path->before.time : path->from.time))
+    PetscCall(SlipFluidBegin(fault, path, slot));
   PetscCall(SlipFluidWalk(fault, path, t, PETSC_FALSE));
+  if (t < path->from.time && path->kept)
+    *place = (SlipFluidPlace){&path->before, &path->from, path->middle_before, path->between_before, {1, 0, 0}, 0};
+  else
+    *place = (SlipFluidPlace){&path->from, path->stepped ? &path->to : NULL, path->middle, path->between, {1, 0, 0}, 0};
+  if (!place->to || t <= place->from->time) PetscFunctionReturn(PETSC_SUCCESS);
+  place->share = s = PetscMin((t - place->from->time) / (place->to->time - place->from->time), 1);
+  place->weight[0] = (s - SLIP_FLUID_GAMMA) * (s - 1) / SLIP_FLUID_GAMMA;
+  place->weight[1] = s * (s - 1) / (SLIP_FLUID_GAMMA * (SLIP_FLUID_GAMMA - 1));
+  place->weight[2] = s * (s - SLIP_FLUID_GAMMA) / (1 - SLIP_FLUID_GAMMA);
+  if (s < 1) PetscFunctionReturn(PETSC_SUCCESS);
+  place->weight[0] = place->weight[1] = 0;
+  place->weight[2] = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

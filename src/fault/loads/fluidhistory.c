@@ -168,7 +168,7 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
 PetscErrorCode SlipFaultFluidAccept(SlipFault fault, PetscReal t, Vec w, PetscBool first, const PetscReal stress[])
 {
   SlipFaultFluid *f = &fault->fluid;
-  SlipFluidPath *path = &f->path[0];
+  SlipFluidPlace place;
 
   PetscFunctionBegin;
   if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
@@ -178,9 +178,8 @@ PetscErrorCode SlipFaultFluidAccept(SlipFault fault, PetscReal t, Vec w, PetscBo
     f->trial = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipFluidReach(fault, t));
-  PetscCall(PutNode(fault, &path->from));
-  path->start = path->from.time;
+  PetscCall(SlipFluidReach(fault, t, &place));
+  PetscCall(PutNode(fault, place.from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,30 +3,26 @@
 #include <slipstep/private/slipfaultfluid.h>
 #include <slipstep/private/slipfaultwells.h>
 
-/* Weights of the start, the first stage and the end of the last step for the time t */
-static void Weights(const SlipFluidPath *path, PetscReal t, PetscReal weight[3])
+/* Computes a place and the pressure of the fluid there, p [n]. Collective. */
+static PetscErrorCode PlaceAt(SlipFault fault, PetscReal t, SlipFluidPlace *place, PetscReal p[])
 {
-  const PetscReal s =
-    path->stepped && t > path->from.time ? PetscMin((t - path->from.time) / (path->to.time - path->from.time), 1) : 0;
-
-  weight[0] = (s - SLIP_FLUID_GAMMA) * (s - 1) / SLIP_FLUID_GAMMA;
-  weight[1] = s * (s - 1) / (SLIP_FLUID_GAMMA * (SLIP_FLUID_GAMMA - 1));
-  weight[2] = s * (s - SLIP_FLUID_GAMMA) / (1 - SLIP_FLUID_GAMMA);
-}
-
-/* Computes the pressure of the fluid at t, p [n]. Collective. */
-PetscErrorCode SlipFluidPressureAt(SlipFault fault, PetscReal t, PetscReal p[])
-{
-  const SlipFluidPath *path = &fault->fluid.path[0];
-  PetscReal w[3];
+  const PetscReal *w = place->weight;
 
   PetscFunctionBegin;
-  PetscCall(SlipFluidReach(fault, t));
-  Weights(path, t, w);
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    p[i] = w[2] == 1   ? path->to.pressure[i]
-           : w[0] == 1 ? path->from.pressure[i]
-                       : w[0] * path->from.pressure[i] + w[1] * path->middle[i] + w[2] * path->to.pressure[i];
+  PetscCall(SlipFluidReach(fault, t, place));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    p[i] = w[0] * place->from->pressure[i];
+    if (place->to) p[i] += w[1] * place->middle[i] + w[2] * place->to->pressure[i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFluidPressureAt(SlipFault fault, PetscReal t, PetscReal p[])
+{
+  SlipFluidPlace place;
+
+  PetscFunctionBegin;
+  PetscCall(PlaceAt(fault, t, &place, p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,15 +39,14 @@ PetscErrorCode SlipFaultFluidPressure(SlipFault fault, PetscReal t, PetscReal p[
 PetscErrorCode SlipFaultFluidVolumes(SlipFault fault, PetscReal t, PetscReal volume[], PetscReal *stored)
 {
   SlipFaultFluid *f = &fault->fluid;
-  const SlipFluidPath *path = &f->path[0];
-  PetscReal w[3], sum = 0;
+  SlipFluidPlace place;
+  PetscReal sum = 0;
 
   PetscFunctionBegin;
-  PetscCall(SlipFluidPressureAt(fault, t, f->work[FLUID_WORK_OWN]));
-  Weights(path, t, w);
+  PetscCall(PlaceAt(fault, t, &place, f->work[FLUID_WORK_OWN]));
   for (int k = 0; k < FLUID_NUM_VOLUMES; k++) {
-    volume[k] = w[0] * path->from.volume[k];
-    if (path->stepped) volume[k] += w[1] * path->between[k] + w[2] * path->to.volume[k];
+    volume[k] = place.weight[0] * place.from->volume[k];
+    if (place.to) volume[k] += place.weight[1] * place.between[k] + place.weight[2] * place.to->volume[k];
   }
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     sum += f->storage[i] * (f->work[FLUID_WORK_OWN][i] - fault->fields.cell[FIELD_FLUID_PRESSURE][i]);
@@ -64,15 +59,14 @@ PetscErrorCode SlipFaultFluidVolumes(SlipFault fault, PetscReal t, PetscReal vol
 static PetscErrorCode PermeabilityAt(SlipFault fault, PetscReal t)
 {
   SlipFaultFluid *f = &fault->fluid;
-  const SlipFluidPath *path = &f->path[0];
-  PetscReal share;
+  SlipFluidPlace place;
 
   PetscFunctionBegin;
-  PetscCall(SlipFluidPressureAt(fault, t, f->work[FLUID_WORK_OWN]));
-  share = path->stepped ? PetscClipInterval((t - path->from.time) / (path->to.time - path->from.time), 0, 1) : 0;
+  PetscCall(PlaceAt(fault, t, &place, f->work[FLUID_WORK_OWN]));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    f->work[FLUID_WORK_STATE][i] = (1 - share) * path->from.state[i] + (share > 0 ? share * path->to.state[i] : 0);
-  PetscCall(SlipFluidPermeability(fault, path, t, f->work[FLUID_WORK_STATE], f->work[FLUID_WORK_OWN],
+    f->work[FLUID_WORK_STATE][i] =
+      (1 - place.share) * place.from->state[i] + (place.to ? place.share * place.to->state[i] : 0);
+  PetscCall(SlipFluidPermeability(fault, &f->path[0], t, f->work[FLUID_WORK_STATE], f->work[FLUID_WORK_OWN],
                                   f->work[FLUID_WORK_ALONG]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -80,17 +74,21 @@ static PetscErrorCode PermeabilityAt(SlipFault fault, PetscReal t)
 PetscErrorCode SlipFaultFluidFlow(SlipFault fault, PetscReal t, PetscReal permeability[], PetscReal flux[])
 {
   SlipFaultFluid *f = &fault->fluid;
+  const SlipDiffusion own = f->diffusion;
   const PetscReal moment = 1e-6 * f->first; /* so short that pressures stay, while those of sides follow from them */
 
   PetscFunctionBegin;
   PetscCall(PermeabilityAt(fault, t));
   if (permeability) PetscCall(PetscArraycpy(permeability, f->work[FLUID_WORK_ALONG], fault->mesh.n));
   if (!flux) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!f->shown) PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->shown));
+  f->diffusion = f->shown;
   PetscCall(SlipFluidSetOperator(fault, t));
+  f->diffusion = own;
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     f->work[FLUID_WORK_RIGHT][i] = f->storage[i] * f->work[FLUID_WORK_OWN][i];
-  PetscCall(SlipDiffusionSolve(f->diffusion, moment, f->work[FLUID_WORK_RIGHT], f->work[FLUID_WORK_OWN]));
-  PetscCall(SlipDiffusionFlow(f->diffusion, NULL, flux));
+  PetscCall(SlipDiffusionSolve(f->shown, moment, f->work[FLUID_WORK_RIGHT], f->work[FLUID_WORK_OWN]));
+  PetscCall(SlipDiffusionFlow(f->shown, NULL, flux));
   for (PetscInt i = 0; i < 2 * fault->mesh.n; i++) flux[i] /= fault->fields.cell[FIELD_APERTURE][i / 2];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -114,8 +114,8 @@ PetscReal SlipLoadsNextEnd(const SlipFaultLoads *loads, PetscReal t)
   return next;
 }
 
-/* Returns the next corner of records, or end of a source, course or rate of a well, after t;
-   PETSC_MAX_REAL: there is none. */
+/* Returns the next corner of records, or end of a source, course or rate of a well, after t; PETSC_MAX_REAL: there is
+   none. */
 PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscInt corner = SlipLoadsCornerAfter(loads, t);

@@ -136,7 +136,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state (each of several by the "
      "name that the law gives it), pore_pressure, normal_stress (effective), temperature (its rise) and "
      "shear_zone_pressure of "
-     "-fault_shear_zone_width; opening comes with -fault_opening",
+     "-fault_shear_zone_width, permeability and fluid_flux (along strike and down dip) of -fault_permeability; opening "
+     "comes with -fault_opening",
      OUTPUT},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields",
                               OUTPUT},

@@ -251,6 +251,9 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE) | F(FLUID), 0,
    "-fault_output_fields has pore_pressure, but the fault has none: expected -fault_pore_pressure, -fault_injection "
    "or -fault_permeability"},
+  {F(OUTPUT_FLUID), NEEDS, F(FLUID), 0,
+   "-fault_output_fields has permeability or fluid_flux, but no pore fluid flows in the fault: expected "
+   "-fault_permeability > 0 m^2"},
   {F(OUTPUT_OPENING), NEEDS, F(OPENING), 0,
    "-fault_output_fields has opening, but cells do not open: expected -fault_opening yes"},
   {F(STATIONS), NEEDS, F(OUTPUT), 0, "-fault_stations % is written to the output: expected -fault_output"},

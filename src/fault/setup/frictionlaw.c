@@ -77,7 +77,7 @@ static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
 {
   char names[FAULT_MAX_NAMES] =
     "time slip_rate slip displacement traction pore_pressure normal_stress temperature shear_zone_pressure opening "
-    "stress x y z";
+    "permeability fluid_flux stress x y z";
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < law->nstates; k++) {

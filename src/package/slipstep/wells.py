@@ -69,8 +69,8 @@ def read_wells(path):
     known = {"well", "x", "z", *USUAL, *when, *what}
     if len(when) != 1 or len(what) != 1 or not {"well", "x", "z"} <= set(head) <= known or len(set(head)) < len(head):
         raise Error(f"{path}, line {first} has the columns {','.join(head)}, expected well,x,y,z, one of "
-                    f"{', '.join(TIMES)}, and one of {', '.join({**RATES, **PRESSURES})}; y may be left out, and radius "
-                    "and spread [m] may be added")
+                    f"{', '.join(TIMES)}, and one of {', '.join({**RATES, **PRESSURES})}; y may be left out, and "
+                    "radius and spread [m] may be added")
     when, what = when[0], what[0]
     found = {}
     for number, row in rows[1:]:
@@ -86,8 +86,8 @@ def read_wells(path):
                         f"{','.join(head)}") from None
         own = {**USUAL, **of}
         if not own["radius"] > 0 or own["spread"] < 0 or (what in PRESSURES and own["spread"]):
-            raise Error(f"{path}, line {number}: radius is {own['radius']:g} m and spread {own['spread']:g} m, expected "
-                        f"a radius > 0 and a spread "
+            raise Error(f"{path}, line {number}: radius is {own['radius']:g} m and spread {own['spread']:g} m, "
+                        f"expected a radius > 0 and a spread "
                         f"{'0, as a pressure is held in the well' if what in PRESSURES else '>= 0'}")
         same = [own[name] for name in ("x", "y", "z", "radius", "spread")]
         place, times, values = found.setdefault(of["well"], (same, [], []))

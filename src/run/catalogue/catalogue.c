@@ -21,6 +21,25 @@
 
 /* ---- an event ---- */
 
+/* Gets the pore pressure at the hypocentre at the onset. Collective. */
+static PetscErrorCode OnsetPressure(SlipFaultCatalogue cat)
+{
+  SlipFault fault = cat->fault;
+  SlipFaultEvent *e = &cat->event;
+  PetscReal *p;
+
+  PetscFunctionBegin;
+  if (!fault->kind.flows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(fault->mesh.n + 1, &p));
+  PetscCall(SlipLoadsPressures(&fault->loads, e->onset, PETSC_TRUE, p));
+  e->pressure = 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    if (SlipFaultMeshRow(&fault->mesh, i) == e->cell) e->pressure = p[i];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &e->pressure, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(PetscFree(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Begins an event; w: state at the onset, in which the fastest cell is the first one */
 static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
 {
@@ -46,6 +65,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
   for (PetscInt k = 0; k < fault->mesh.faults && cat->hypocentre; k++) cat->hypocentre[k] = -1;
   PetscCall(SlipFaultLargestSpeed(fault, w, &max));
   PetscCall(SlipCatalogueFastest(fault, w, 1, NULL, &max, &e->cell));
+  PetscCall(OnsetPressure(cat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,7 +142,10 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
     PetscCall(BeginEvent(cat, step.begin + step.cut * step.dt, cat->cut));
     e->time[1] = step.begin;
     PetscCall(SlipFaultLargestSpeed(fault, step.node[0], &e->rate[1]));
-    if (e->rate[1] == 0) PetscCall(SlipCatalogueFirstToSlip(cat, step.begin, step.node[0], &e->cell));
+    if (e->rate[1] == 0) {
+      PetscCall(SlipCatalogueFirstToSlip(cat, step.begin, step.node[0], &e->cell));
+      PetscCall(OnsetPressure(cat));
+    }
   }
   ends = max <= rate && !cat->ended ? PETSC_TRUE : PETSC_FALSE;
   if (ends) PetscCall(SlipCatalogueCross(cat, &step, PETSC_FALSE));
@@ -242,6 +265,7 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
     const PetscInt several = fault->mesh.faults > 1 ? fault->mesh.faults : 0;
 
     cat->nrow = EVENT_NUM_COLUMNS + (EVENT_ALL_COLUMNS - EVENT_NUM_COLUMNS) * several;
+    if (fault->kind.flows) cat->nrow += EVENT_FLUID_COLUMNS;
     cat->nwork = FAULT_NUM_WORKS + several;
     PetscCall(PetscCalloc5(cat->nrow, &cat->row, cat->nwork, &cat->work, cat->nwork, &cat->power, cat->nwork,
                            &cat->cut_power, cat->nwork, &cat->next));

@@ -42,6 +42,9 @@ static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
   [EVENT_FAULT_DISSIPATED_ENERGY] = {"fault_dissipated_energy", "J", PETSC_FALSE},
 };
 
+static const SlipOutputColumn Fluid[EVENT_FLUID_COLUMNS] = {{"well_distance", "m", PETSC_FALSE},
+                                                            {"pore_pressure", "Pa", PETSC_FALSE}};
+
 static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
 
 /* Columns with times of the run; only several faults have the last one */
@@ -50,14 +53,20 @@ static const PetscInt Times[] = {EVENT_ONSET, EVENT_END, EVENT_FAULT_ONSET};
 /* Creates the table; rows: those of the file of an earlier run, or -1 for a new file */
 static PetscErrorCode CreateTable(SlipFaultCatalogue cat, PetscInt rows)
 {
-  PetscInt entries[EVENT_ALL_COLUMNS] = {0};
+  const PetscInt n = cat->hypocentre ? EVENT_ALL_COLUMNS : EVENT_NUM_COLUMNS;
+  SlipOutputColumn column[EVENT_ALL_COLUMNS + EVENT_FLUID_COLUMNS];
+  PetscInt entries[EVENT_ALL_COLUMNS + EVENT_FLUID_COLUMNS] = {0};
 
   PetscFunctionBegin;
-  for (PetscInt c = EVENT_NUM_COLUMNS; c < EVENT_ALL_COLUMNS; c++) entries[c] = cat->fault->mesh.faults;
+  for (PetscInt c = 0; c < n; c++) {
+    column[c] = Columns[c];
+    entries[c] = c < EVENT_NUM_COLUMNS ? 0 : cat->fault->mesh.faults;
+  }
+  for (PetscInt c = 0; c < EVENT_FLUID_COLUMNS; c++) column[n + c] = Fluid[c];
   cat->table.ntimes = cat->hypocentre ? 3 : 2;
   cat->table.times = Times;
-  PetscCall(SlipTableCreate(&cat->table, &cat->file, "", cat->hypocentre ? EVENT_ALL_COLUMNS : EVENT_NUM_COLUMNS,
-                            Columns, entries, rows));
+  PetscCall(SlipTableCreate(&cat->table, &cat->file, "", n + (cat->fault->kind.flows ? EVENT_FLUID_COLUMNS : 0), column,
+                            entries, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -304,6 +313,7 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscCall(SlipStateReal(s, "time", 2, e->time));
   PetscCall(SlipStateReal(s, "rate", 2, e->rate));
   PetscCall(SlipStateInt(s, "cell", 1, &e->cell));
+  if (cat->fault->kind.flows) PetscCall(SlipStateReal(s, "pressure", 1, &e->pressure));
   PetscCall(SlipStateInt(s, "steps", 1, &e->steps));
   PetscCall(SlipStateBool(s, "images", &e->images));
   if (cat->hypocentre) PetscCall(SlipStateInt(s, "hypocentres", cat->fault->mesh.faults, cat->hypocentre));

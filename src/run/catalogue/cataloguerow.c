@@ -394,6 +394,19 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_GOES_ON] = 0;
   row[EVENT_IMAGES] = e->images ? 1 : 0;
   FillFaults(cat, along, sum + NUM_ALL_SUMS, first);
+  if (fault->kind.flows) {
+    PetscReal *const last = row + cat->nrow - EVENT_FLUID_COLUMNS;
+
+    last[0] = (PetscReal)NAN; /* without wells */
+    for (PetscInt k = 0; k < fault->loads.nwells; k++) {
+      const PetscReal *at = fault->loads.wells[k].place, *o = cell.centre;
+      const PetscReal distance =
+        PetscSqrtReal(PetscSqr(at[0] - o[0]) + PetscSqr(at[1] - o[1]) + PetscSqr(at[2] - o[2]));
+
+      last[0] = k ? PetscMin(last[0], distance) : distance;
+    }
+    last[1] = e->pressure;
+  }
   PetscCall(PetscFree2(sum, first));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,19 +3,6 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
 
-static const SlipOutputColumn SeriesColumns[] = {
-  {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},
-  {"mean_slip", "m", PETSC_FALSE},          {"mean_displacement", "m", PETSC_FALSE},
-  {"sliding_fraction", "1", PETSC_FALSE},   {"kinetic_energy", "J/m^2", PETSC_FALSE},
-  {"elastic_energy", "J/m^2", PETSC_FALSE}, {"viscous_power", "W/m^2", PETSC_FALSE},
-  {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
-  {"moment_rate", "N m/s", PETSC_FALSE},    {"moment", "N m", PETSC_FALSE},
-};
-enum {
-  SERIES_MOMENT = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1, /* the last two have a number for each fault */
-  SERIES_MOMENT_RATE = SERIES_MOMENT - 1
-};
-
 static const struct {
   const char *name, *unit;
   PetscBool vector; /* a cell has as many numbers as slip has components */
@@ -29,6 +16,8 @@ static const struct {
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
   [OUTPUT_TEMPERATURE] = {"temperature", "K", PETSC_FALSE},
   [OUTPUT_ZONE_PRESSURE] = {"shear_zone_pressure", "Pa", PETSC_FALSE},
+  [OUTPUT_PERMEABILITY] = {"permeability", "m^2", PETSC_FALSE},
+  [OUTPUT_FLUID_FLUX] = {"fluid_flux", "m/s", PETSC_FALSE},
   [OUTPUT_OPENING] = {"opening", "m", PETSC_FALSE},
 };
 
@@ -52,63 +41,8 @@ const char *SlipFaultOutputField(SlipFault fault, PetscInt f)
 /* Returns how many numbers a cell has of a field. */
 PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
 {
+  if (f == OUTPUT_FLUID_FLUX) return 2; /* along strike and down dip */
   return StateOf(f) < 0 && OutputFields[f].vector ? fault->layout.plane : 1;
-}
-
-/* Computes for each fault G times the sums over area of slip rate along the rake [N m/s] and of slip since the start [N
-   m], which the integrator computes from the rates within steps. One fault has its sums already; several cost a
-   reduction. */
-static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rate[], PetscReal moment[])
-{
-  const PetscInt n = fault->mesh.faults;
-  const PetscReal unit = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area,
-                  start = fault->critical.start_share;
-  const SlipFaultSums *sums;
-
-  PetscFunctionBegin;
-  if (n == 1) {
-    PetscCall(SlipFaultGetSums(fault, t, w, &sums));
-    t += fault->loads.origin;
-    rate[0] = sums->sum[SUM_V];
-    moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
-  } else {
-    PetscCall((*fault->cell_ops->moments)(fault, t, w, rate, moment));
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moment, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
-  }
-  for (PetscInt k = 0; k < n; k++) {
-    rate[k] *= unit;
-    moment[k] *= unit;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
-{
-  SlipFault fault = (SlipFault)ctx;
-  SlipFaultObservables o;
-
-  PetscFunctionBegin;
-  (void)ts;
-  if (!r && fault->friction.law->always_slides) PetscCall((*fault->cell_ops->traction)(fault, t, w, &r));
-  PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
-  {
-    const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
-                                o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
-                                o.friction_power,   o.loading_power};
-
-    PetscCall(PetscArraycpy(row, values, SERIES_MOMENT_RATE));
-    row += SERIES_MOMENT_RATE;
-    PetscCall(Moments(fault, t, w, row, row + fault->mesh.faults));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
-{
-  PetscFunctionBegin;
-  *n = ((SlipFault)ctx)->balance.sides;
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Finds the fields that -fault_output_fields names, and creates the output of the run. Collective. */
@@ -137,18 +71,15 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
     PetscCheck(
       same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
       "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, %s, pore_pressure, "
-      "normal_stress, temperature, shear_zone_pressure or opening",
+      "normal_stress, temperature, shear_zone_pressure, permeability, fluid_flux or opening",
       SlipFaultPrefix(fault), names[i], states);
   }
   if (SlipFaultOpens(fault)) out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without it slip_rate and the others mislead */
   PetscCall(PetscStrToArrayDestroy(n, names));
-  PetscCall(SlipOutputCreate(ts, fault->options.text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
-                             SeriesColumns, SlipFaultOutputSeries, fault, &fault->run->file));
+  PetscCall(SlipFaultSeriesCreate(fault, ts));
   PetscCall(
     SlipOutputSetOption(fault->run->file, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
   fault->run->file->kind.restart = "fault_restart";
-  fault->run->file->sides = SlipFaultOutputSides;
-  fault->run->file->entries[1 + SERIES_MOMENT_RATE] = fault->run->file->entries[1 + SERIES_MOMENT] = fault->mesh.faults;
   fault->run->file->moving_only = PETSC_TRUE; /* friction_power then costs no product with K for each row */
   PetscCall(SlipOutputAddRun(fault->run->file, "stiffness_scaling_factor", fault->operators.scaling));
   PetscCall(SlipOutputAddRun(fault->run->file, "time_scale", fault->operators.tstar));
@@ -259,6 +190,8 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     case OUTPUT_NORMAL_STRESS:
     case OUTPUT_TEMPERATURE:
     case OUTPUT_ZONE_PRESSURE:
+    case OUTPUT_PERMEABILITY:
+    case OUTPUT_FLUID_FLUX:
       PetscCall(VecGetArrayRead(out->of[f], &rows->data));
       break;
     case OUTPUT_SLIP_RATE:
@@ -334,7 +267,6 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->fault->run->file);
   const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
-  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.plane, fault->layout.plane};
   SlipH5Storage storage;
   char path[64];
 
@@ -356,17 +288,21 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
     if (fault->options.text[id][0] && id != FAULT_STRESS_HISTORY &&
         (id > FAULT_STRESS_HISTORY || fault->fields.regional))
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
+  for (PetscInt id = FAULT_PERMEABILITY_LAW; id <= FAULT_WELLS && fault->kind.flows; id++)
+    if (fault->options.text[id][0])
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, fault->options.text[id]));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
   PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
-  PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
-  PetscCall(SlipH5WriteAttrInts(h, "/series/moment", "faults", fault->mesh.faults, fault->mesh.labels));
+  PetscCall(SlipFaultSeriesName(fault, h));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, NULL, "s"));
   PetscCall(SlipTableRest(fault->run->file->clock, h, "/fields/time_rest", 0, NULL, -1, &out->rests));
   for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++) {
+    const PetscInt c = SlipFaultOutputComponents(fault, f), all[] = {dims[0], ndim == 2 ? dims[1] : c, c};
+
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(fault, f)));
-    PetscCall(SlipH5CreateSeries(h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all, &storage,
+    PetscCall(SlipH5CreateSeries(h, path, c > 1 ? ndim + 1 : ndim, all, &storage,
                                  StateOf(f) < 0 ? OutputFields[f].unit
                                                 : SlipFrictionStateUnit(fault->friction.law, StateOf(f))));
   }
@@ -475,6 +411,36 @@ static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *sh
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gathers in out->of[f] the flux of pore fluid, two numbers of each cell. Collective. */
+static PetscErrorCode GatherFlux(SlipFaultOutput out, PetscReal time, PetscInt f)
+{
+  SlipFault fault = out->fault;
+  const PetscReal *one;
+  PetscReal *flux, *x, *both;
+  PetscInt N;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(out->c0, &N));
+  if (!out->numbers) PetscCall(VecDuplicate(fault->cells, &out->numbers));
+  if (!out->of[f]) PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2 * N, &out->of[f]));
+  PetscCall(PetscMalloc1(2 * fault->mesh.n + 1, &flux));
+  PetscCall(SlipFaultFluidFlow(fault, time, NULL, flux));
+  for (PetscInt k = 0; k < 2; k++) {
+    PetscCall(VecGetArrayWrite(out->numbers, &x));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = flux[2 * i + k];
+    PetscCall(VecRestoreArrayWrite(out->numbers, &x));
+    PetscCall(VecScatterBegin(out->gather_c, out->numbers, out->c0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_c, out->numbers, out->c0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecGetArrayRead(out->c0, &one));
+    PetscCall(VecGetArray(out->of[f], &both));
+    for (PetscInt e = 0; e < N; e++) both[2 * e + k] = one[e];
+    PetscCall(VecRestoreArray(out->of[f], &both));
+    PetscCall(VecRestoreArrayRead(out->c0, &one));
+  }
+  PetscCall(PetscFree(flux));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gathers in out->of[f] a number of each cell that is no part of the state w. Collective. */
 static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, PetscInt f)
 {
@@ -486,9 +452,12 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   if (!out->numbers) PetscCall(VecDuplicate(fault->cells, &out->numbers));
   if (!out->of[f]) PetscCall(VecDuplicate(out->c0, &out->of[f]));
   PetscCall(VecGetArrayWrite(out->numbers, &x));
-  if (f != OUTPUT_PORE_PRESSURE) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  if (f != OUTPUT_PORE_PRESSURE && f != OUTPUT_PERMEABILITY)
+    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
   if (f == OUTPUT_PORE_PRESSURE)
     PetscCall(SlipLoadsPressures(&fault->loads, time, PETSC_TRUE, x));
+  else if (f == OUTPUT_PERMEABILITY)
+    PetscCall(SlipFaultFluidFlow(fault, time, x, NULL));
   else if (f == OUTPUT_NORMAL_STRESS)
     PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
   else
@@ -528,8 +497,9 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
     PetscCall(VecScatterBegin(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
   }
-  for (PetscInt f = OUTPUT_PORE_PRESSURE; f <= OUTPUT_ZONE_PRESSURE; f++)
+  for (PetscInt f = OUTPUT_PORE_PRESSURE; f <= OUTPUT_PERMEABILITY; f++)
     if (out->wanted[f]) PetscCall(GatherNumbers(out, time, w, f));
+  if (out->wanted[OUTPUT_FLUID_FLUX]) PetscCall(GatherFlux(out, time, OUTPUT_FLUID_FLUX));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   fault->run->entries++;
   fault->run->entry_time = fault->loads.origin + time;

@@ -4,7 +4,8 @@
     slipstep wells WELLS.csv OUT.h5 --diffusivity 0.05 --radius 0.1 -- -fault_mesh mesh.h5
 
 WELLS.csv has the columns well (a name), x, y, z [m], days (or hours, s), and MPa (Pa) or m3/day (L/s, m3/s); y may be
-left out, and radius [m] added. A row says what holds from its time on. What follows -- are the options of the fault whose cells are meant.
+left out, and radius [m] added. A row says what holds from its time on. What follows -- are the
+options of the fault whose cells are meant.
 """
 
 import argparse
