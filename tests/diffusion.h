@@ -130,7 +130,8 @@ static inline PetscReal FluidMean(const SlipFaultCell *c, PetscReal (*f)(const P
   return sum;
 }
 
-/* Triangles of a plane or of several that one formula places: nx x nz squares of the parameters (0 .. 1) x (0 .. 1), each
+/* Triangles of a plane or of several that one formula places: nx x nz squares of the parameters (0 .. 1) x (0 .. 1),
+   each
    cut in two, whose inner vertices are moved by up to shake/2 of a square */
 static inline PetscErrorCode FluidTriangles(const char file[], PetscInt nx, PetscInt nz, PetscReal shake,
                                             void (*place)(const PetscReal from[2], PetscReal to[3]))

@@ -179,7 +179,8 @@ void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPieces *p, const
 
 /* Peaceman, D. W., 1983, Interpretation of well-block pressures in numerical reservoir simulation with nonsquare grid
    blocks and anisotropic permeability, SPE Journal 23, 531-543: the radius of rectangles, in coordinates in which the
-   permeability is the same in both directions, exp(-0.57722)/4 times the diagonal. For triangles it was measured as the radius at which -log(r)/(2 pi) is
+   permeability is the same in both directions, exp(-0.57722)/4 times the diagonal. For triangles it was measured as
+   the radius at which -log(r)/(2 pi) is
    the pressure of a cell with a source of one, whose border follows that logarithm: 0.333 sqrt(A) for equilateral and
    0.314 sqrt(A) for isosceles right triangles. For 120 triangles whose corners were shaken by 0.15 and 0.3 of a side,
    r/(A/sqrt(sum of squares of corners from the centroid)) is 0.512 +- 0.027 and 0.50 +- 0.06, for those without 0.507

@@ -306,7 +306,8 @@ static PetscReal Lack(SlipDiffusion d, PetscInt i, PetscReal dt, PetscReal b, Pe
   return b - (d->cell[i].storage + dt * d->cell[i].sink) * y - dt * out;
 }
 
-/* Improves the pressures of sides, and of cells with them: lack [n] is theirs with the fluxes of Fluxes_SlipDiffusion(),
+/* Improves the pressures of sides, and of cells with them: lack [n] is theirs with the fluxes of
+   Fluxes_SlipDiffusion(),
    residual that of the sides. */
 static PetscErrorCode Improve_SlipDiffusion(SlipDiffusion d, PetscReal dt, PetscReal tolerance, PetscReal lack[],
                                             PetscReal y[])

@@ -1,4 +1,5 @@
-/* Fluid that diffuses in cells of several processes: as on one, and no volume is lost between them. Exit code 0: good. */
+/* Fluid that diffuses in cells of several processes: as on one, and no volume is lost between them. Exit code 0:
+   good. */
 #include "ranks.h"
 #include "cells.h"
 #include "diffusion.h"

@@ -305,7 +305,8 @@ static void Fan(const char file[], PetscInt planes, const PetscReal strike[], Pe
   ok(PetscFree(column));
 }
 
-/* A Gaussian on the first of some half planes, 300 m from their edge: with m planes, (2 - m)/m of it comes back from the
+/* A Gaussian on the first of some half planes, 300 m from their edge: with m planes, (2 - m)/m of it comes back from
+   the
    edge and 2/m goes on in each of the others, as p and the fluxes there show; two planes are one that is folded. Order
    as above. */
 static void Folded(PetscInt planes, const PetscReal strike[])
@@ -446,7 +447,8 @@ static PetscReal Steady(PetscReal x, PetscReal z, PetscReal x0, PetscReal z0)
   return sum;
 }
 
-/* A doublet, steady after one large step: far from the wells the error is that of h^2, and in a well's cell the pressure
+/* A doublet, steady after one large step: far from the wells the error is that of h^2, and in a well's cell the
+   pressure
    is that at Peaceman's radius, within 2e-3 Q/(2 pi T) on a grid of squares and 0.3 on shaken
    triangles, three times by how much the logarithm of the radius scatters. */
 static void doublet(void **state)

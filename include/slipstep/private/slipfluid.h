@@ -17,7 +17,7 @@ typedef struct {
   PetscReal *part;        /* its part of the side's length */
 } SlipFluidSides;
 
-PETSC_INTERN PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *sides); /* sides.c */
+PETSC_INTERN PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *sides); /* pieces.c */
 PETSC_INTERN PetscErrorCode SlipFluidSidesDestroy(SlipFluidSides *sides);
 
 /* meet.c: a point on a side, and where it is from the side's begin to its end, 0 to 1 */
@@ -65,5 +65,6 @@ PETSC_INTERN void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPie
                                       PetscReal centre[2]);
 PETSC_INTERN PetscReal SlipFluidCellRadius(const SlipFluidCell *c);
 
-/* solver.c: for a matrix that is set; step: dt times what flows out of a cell per pressure, over its storage, on average */
+/* solver.c: for a matrix that is set; step: dt times what flows out of a cell per pressure, over its storage, on
+   average */
 PETSC_INTERN PetscErrorCode SlipFluidSolverChoose(KSP ksp, PetscInt cells, PetscReal step);
