@@ -18,6 +18,7 @@ from .times import written
 
 TIMES = {"s": 1.0, "hours": 3600.0, "days": 86400.0}  # columns, and their seconds
 PRESSURES = {"Pa": 1.0, "MPa": 1e6}
+SIZES = "radius", "spread"  # columns that may be left out
 RATES = {"m3/s": 1.0, "L/s": 1e-3, "m3/day": 1 / 86400.0}
 PER_DECADE = 8  # steps of a rate that holds a pressure, a decade of time
 LEAST_STEP = 1e-6  # the first of them over the time until the next change
@@ -35,13 +36,16 @@ FAR = 10.0  # r^2/(4 D t) of the nearest cell, E1(10) = 4e-6, from which on a we
 @dataclass(frozen=True)
 class Well:
     """name; place: x, y, z [m], y NaN where the file has none; time [n] from when on [s]; value [n] [Pa], or [m^3/s]
-    where it is no pressure."""
+    where it is no pressure; radius, and standard deviation of a rate that is spread [m], NaN where the file has
+    none."""
 
     name: str
     place: np.ndarray
     time: np.ndarray
     value: np.ndarray
     is_pressure: bool
+    radius: float = np.nan
+    spread: float = np.nan
 
 
 def _column(path, head, units, what):
@@ -53,18 +57,18 @@ def _column(path, head, units, what):
 
 def read_wells(path):
     """The wells of a CSV file: columns well (a name), x, z and perhaps y [m], days (or hours, s), and MPa (Pa) or
-    m3/day (L/s, m3/s). A row says what holds from its time on, until the next one of that well. Error: what the file
-    does not hold, with its line."""
+    m3/day (L/s, m3/s); for -fault_wells also radius and spread [m]. A row says what holds from its time on, until the
+    next one of that well. Error: what the file does not hold, with its line."""
     rows = csv_rows(path)
     if len(rows) < 2:
         raise Error(f"{path} has no rows, expected a line of names and a line for each change of a well")
     head = rows[0][1]
     when, what = _column(path, head, TIMES, "of times"), _column(path, head, {**PRESSURES, **RATES},
                                                                  "of pressures or rates")
-    known = ["well", "x", "y", "z", when, what]
+    known = ["well", "x", "y", "z", when, what, *SIZES]
     if not {"well", "x", "z"} <= set(head) or set(head) - set(known) or len(set(head)) < len(head):
-        raise Error(f"{path}: the first line is {','.join(head)}, expected well,x,y,z,{when},{what}, of which y may "
-                    "be left out")
+        raise Error(f"{path}: the first line is {','.join(head)}, expected well,x,y,z,{when},{what},radius,spread, of "
+                    "which y, radius and spread may be left out")
     found = {}
     for number, row in rows[1:]:
         try:
@@ -78,17 +82,21 @@ def read_wells(path):
                         f"{','.join(head)}") from None
         place, time = np.array([numbers[name] for name in "xyz"]), numbers[when] * TIMES[when]
         value = numbers[what] * {**PRESSURES, **RATES}[what]
-        well = found.setdefault(row[head.index("well")], (place, [], []))
+        sizes = [numbers[name] for name in SIZES]
+        well = found.setdefault(row[head.index("well")], (place, [], [], sizes))
         if not np.array_equal(well[0], place, equal_nan=True):
             raise Error(f"{path}, line {number}: the well {row[head.index('well')]} is at {tuple(map(float, place))}, "
                         f"and at {tuple(map(float, well[0]))} before: expected one place")
+        if not np.array_equal(well[3], sizes, equal_nan=True):
+            raise Error(f"{path}, line {number}: the well {row[head.index('well')]} has another radius or spread than "
+                        "before: expected one")
         if well[1] and time <= well[1][-1]:
             raise Error(f"{path}, line {number}: {numbers[when]:g} {when} is not after the line before of this well: "
                         "expected times that rise")
         well[1].append(time)
         well[2].append(value)
-    return [Well(name, place, np.array(time), np.array(value), what in PRESSURES)
-            for name, (place, time, value) in found.items()]
+    return [Well(name, place, np.array(time), np.array(value), what in PRESSURES, *sizes)
+            for name, (place, time, value, sizes) in found.items()]
 
 
 def _substeps(begin, end, felt):

@@ -4,7 +4,8 @@
     slipstep wells WELLS.csv OUT.h5 --diffusivity 0.05 --radius 0.1 -- -fault_mesh mesh.h5
 
 WELLS.csv has the columns well (a name), x, y, z [m], days (or hours, s), and MPa (Pa) or m3/day (L/s, m3/s); y may be
-left out. A row says what holds from its time on. What follows -- are the options of the fault whose cells are meant.
+left out. A row says what holds from its time on. Columns radius and spread are for -fault_wells. What follows -- are
+the options of the fault whose cells are meant.
 """
 
 import argparse
@@ -59,6 +60,9 @@ def main():
     wells = read_wells(options.wells)
     if not wells[0].is_pressure and options.permeability_thickness is None:
         raise Error(f"{options.wells} has rates: expected --permeability-thickness")
+    if any(well.spread > 0 or (well.is_pressure and well.radius > 0) for well in wells):
+        raise Error(f"{options.wells} has a spread, or a radius beside pressures, which are for -fault_wells: "
+                    "expected points, and --radius for all")
     last = max(well.time[-1] for well in wells)
     end = options.end or 2 * last
     if end <= max(0.0, *(well.time[0] for well in wells)):
