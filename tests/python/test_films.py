@@ -40,8 +40,8 @@ class Films(PictureTest):
             self.assertEqual(film.n_frames, 3)
 
     def test_paces(self):
-        """Frames at equal steps of time are of the rows nearest to them; at equal steps of the rate's logarithm those of
-        the five events, in which it goes up and down most, while quiet years have few."""
+        """Frames at equal steps of time are of the rows nearest to them; at equal steps of the rate's logarithm those
+        of the five events, in which it goes up and down most, while quiet years have few."""
         run = Run(century.write_run(self.path("run.h5"), shape=(4, 8)))
         times = run.field("slip")[0]
         rows = film.paced(run, times, "rows", 50)

@@ -23,7 +23,8 @@ from ..times import Clock, seconds
 
 # What each kind of picture takes; all take --figure (the film has its own), --range, --years and --log-rate.
 KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture": {"time", "window"},
-         "space-time": {"field", "window", "along", "at", "against"}, "film": {"field", "window", "fps", "frames", "pace"}}
+         "space-time": {"field", "window", "along", "at", "against"},
+         "film": {"field", "window", "fps", "frames", "pace"}}
 
 
 HIGH = 3.7  # inches of a row of panels
@@ -166,9 +167,9 @@ def arguments():
                         help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields")
     parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")
     parser.add_argument("--frames", type=int, help="frames of the film at most, default 500")
-    parser.add_argument("--pace", choices=PACES, help="which rows of /fields the frames are: default rows, equally many "
-                        "apart; time, those nearest to equal steps of time; rate, to equal steps of the logarithm of "
-                        "the largest slip rate, up or down")
+    parser.add_argument("--pace", choices=PACES, help="which rows of /fields the frames are: default rows, equally "
+                        "many apart; time, those nearest to equal steps of time; rate, to equal steps of the logarithm "
+                        "of the largest slip rate, up or down")
     options = parser.parse_args()
     check(parser, options)
     return options
