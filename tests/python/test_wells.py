@@ -271,6 +271,9 @@ class Wells(FaultTest, PictureTest):
                      "--permeability-thickness", "1e-13", "--", "-fault_nx", "0")
         self.refused("wells", "two radii", self.csv("well,x,z,days,MPa\nA,1200,2900,0,2\n" "B,1200,2900,1,2\n"),
                      self.path("p.h5"), "--diffusivity", "1", "--", *GRID)
+        for text in ("well,x,z,days,m3/day,spread\nA,0,0,0,1,20\n", "well,x,z,days,MPa,radius\nA,0,0,0,1,0.2\n"):
+            self.refused("wells", "are for -fault_wells", self.csv(text), self.path("p.h5"), "--diffusivity", "0.1",
+                         "--permeability-thickness", "1e-13", "--", *GRID)
         self.assertFalse(os.path.exists(self.path("p.h5")))
 
     def test_injection(self):
