@@ -254,7 +254,7 @@ def main():
                         "screw dislocations below a free surface)")
     parser.add_argument("--rate", type=float, default=1e-4, help="of a burst [m/s] (default %(default)g)")
     parser.add_argument("--years", type=float, default=250)
-    parser.add_argument("--bursts", type=int, default=10, help="after which it ends (default %(default)s)")
+    parser.add_argument("--bursts", type=int, help="after which it ends")
     parser.add_argument("--tolerance", type=float, nargs="+", default=[1e-8, 1e-9])
     parser.add_argument("--figure", metavar="OUT.png")
     options = parser.parse_args()
