@@ -39,6 +39,33 @@ class Films(PictureTest):
         with Image.open(self.path("few.gif")) as film:
             self.assertEqual(film.n_frames, 3)
 
+    def test_paces(self):
+        """Frames at equal steps of time are of the rows nearest to them; at equal steps of the rate's logarithm those
+        of the five events, in which it goes up and down most, while quiet years have few."""
+        run = Run(century.write_run(self.path("run.h5"), shape=(4, 8)))
+        times = run.field("slip")[0]
+        rows = film.paced(run, times, "rows", 50)
+        self.assertLessEqual(abs(np.diff(rows) - (len(times) - 1) / 49).max(), 1)
+        rows = film.paced(run, times, "time", 50)
+        wanted = np.linspace(times[0], times[-1], 50)
+        self.assertEqual(len(rows), 50)
+        np.testing.assert_array_equal(rows, [np.argmin(abs(times - time)) for time in wanted])
+        rows = film.paced(run, times, "rate", 50)
+        self.assertEqual((rows[0], rows[-1]), (0, len(times) - 1))
+        rate = np.log(np.append(run.series["max_slip_rate"][0], run.series["max_slip_rate"]))
+        way = np.append(0, np.cumsum(abs(np.diff(rate))))
+        # each frame goes on by a step of the way, or by that of one row
+        most = np.maximum(way[-1] / 49, abs(np.diff(rate)).max())
+        self.assertLess(np.diff(way[rows]).max(), 1.5 * most)
+        inside = [((times[rows] >= event[0] * YEAR) & (times[rows] <= event[0] * YEAR + 20)).sum()
+                  for event in century.EVENTS]
+        self.assertGreater(min(inside), 1)
+        self.assertGreater(sum(inside), 0.7 * len(rows))
+        for pace in film.PACES:
+            said = self.plot("plot_run", run.path, "--film", self.path("film.gif"), "--pace", pace, "--frames", "12")
+            self.assertRegex(said, rf"^Film: .*film.gif, \d+ of {len(times)} rows of /fields\n$")
+        self.refused("plot_run", "--pace is not for --kind overview", run.path, "--pace", "rate", code=2)
+
     def titles(self, run, *arguments):
         """Of the frames of a film, as they are drawn."""
         found = []

@@ -1,4 +1,5 @@
-"""A film of a run: a field over the fault, a frame for each stored row, and the largest slip rate up to then below."""
+"""A film of a run: a field over the fault, a frame for each stored row or at equal steps of time or of the logarithm of
+the largest slip rate, which is below."""
 
 import os
 import subprocess
@@ -18,6 +19,7 @@ from .snapshots import WIDTH, Layout
 from .titles import titles_of
 
 DPI = 100
+PACES = "rows", "time", "rate"
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # numbers of pixels that mp4 needs
 
 
@@ -112,20 +114,38 @@ def draw_course(axes, run, fields, rows, clock):
     return at, rates, dot
 
 
-def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500):
+def paced(run, times, pace, frames):
+    """Numbers of the stored rows at times [n] that a film of so many frames at most shows, the first and the last among
+    them: equally many rows apart; or those nearest to equal steps of time, a row again where none is nearer; or of the
+    way that the logarithm of the largest slip rate goes up and down, which passes quiet years at once."""
+    count = min(len(times), frames)
+    way = times
+    if pace == "rate":
+        at, rates = largest_rates(run)
+        at, rates = at[rates > 0], rates[rates > 0]
+        way = (np.interp(times, at, np.append(0.0, np.cumsum(np.abs(np.diff(np.log(rates)))))) if len(at) > 1
+               else 0 * times)
+    if pace == "rows" or not way[-1] > way[0]:
+        way = np.arange(len(times), dtype=float)
+    rows = np.searchsorted((way[1:] + way[:-1]) / 2, np.linspace(way[0], way[-1], count))
+    rows[-1] = len(times) - 1  # also after quiet years
+    return rows if pace == "time" else np.unique(rows)
+
+
+def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500, pace="rows"):
     """Write the film; the numbers of its frames and of the stored rows."""
     out = writer(path, rate)
     fields = Fields(run, name, window)
     out.colours = fields.kind.colours
-    # all, or so many at equal distances with the first and the last
-    rows = np.unique(np.round(np.linspace(0, len(fields.rows) - 1, min(len(fields.rows), frames))).astype(int))
+    rows = paced(run, fields.times, pace, frames)
     log = log and name == "slip_rate"
     span = Span()
     for _, maps in fields.chunks(rows):
         span.see(np.abs(maps) if log else maps)
     norm = span.norm(fields.kind, log, wanted)
     clock = Clock(*fields.times[rows][[0, -1]], years)
-    titles = titles_of(run, fields.times[rows], clock)
+    shown, number = np.unique(rows, return_inverse=True)
+    titles = titles_of(run, fields.times[shown], clock)
     layout = Layout(run, 1, 1)
     canvas = layout.canvas
     height = min(canvas.get_figheight() * 0.8, 7.0)
@@ -134,7 +154,7 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     block = layout.fill(above)[0]
     artists = layout.draw(block, fields.maps(rows[:1])[0], norm, fields.kind.colours, "", True)
     colour_bar(above, artists[0], norm, fields.label, ax=block, aspect=25, pad=0.02, shrink=0.85)
-    title = above.suptitle(titles[0])
+    title = above.suptitle(titles[number[0]])
     at, rates, dot = draw_course(below.subplots(), run, fields, rows, clock)
     canvas.set_dpi(DPI)
     stage = Stage(canvas, [*artists, title, dot])
@@ -143,7 +163,7 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
             for frame, values in enumerate(values for _, maps in fields.chunks(rows) for values in maps):
                 for plane, artist in zip(layout.planes, artists):
                     artist.show(plane.values(np.abs(values) if log else values))
-                title.set_text(titles[frame])
+                title.set_text(titles[number[frame]])
                 dot.set_data(at[frame:frame + 1], positive(rates)[frame:frame + 1])
                 stage.draw()
                 out.grab_frame()

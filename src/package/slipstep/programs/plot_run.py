@@ -5,14 +5,14 @@ series; step size and error estimate against time. Or of a fault: snapshots, a r
     slipstep plot-run RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
     slipstep plot-run RUN.h5 --kind rupture                                the largest event, or the one in --window
     slipstep plot-run RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
-    slipstep plot-run RUN.h5 --film OUT.mp4                                or OUT.gif
+    slipstep plot-run RUN.h5 --film OUT.mp4 --pace rate                    or OUT.gif
 """
 
 import argparse
 import os
 
 import numpy as np
-from ..plots.film import film
+from ..plots.film import PACES, film
 from ..plots.maps import draw_map, frames_of, heights_of
 from ..plots.panels import (DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt,
                             use_style)
@@ -23,7 +23,8 @@ from ..times import Clock, seconds
 
 # What each kind of picture takes; all take --figure (the film has its own), --range, --years and --log-rate.
 KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture": {"time", "window"},
-         "space-time": {"field", "window", "along", "at", "against"}, "film": {"field", "window", "fps", "frames"}}
+         "space-time": {"field", "window", "along", "at", "against"},
+         "film": {"field", "window", "fps", "frames", "pace"}}
 
 
 HIGH = 3.7  # inches of a row of panels
@@ -166,6 +167,9 @@ def arguments():
                         help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields")
     parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")
     parser.add_argument("--frames", type=int, help="frames of the film at most, default 500")
+    parser.add_argument("--pace", choices=PACES, help="which rows of /fields the frames are: default rows, equally "
+                        "many apart; time, those nearest to equal steps of time; rate, to equal steps of the logarithm "
+                        "of the largest slip rate, up or down")
     options = parser.parse_args()
     check(parser, options)
     return options
@@ -223,7 +227,8 @@ def main():
         run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
     if options.film:
         shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False,
-                           options.range, options.years, options.fps or 15.0, options.frames or 500)
+                           options.range, options.years, options.fps or 15.0, options.frames or 500,
+                           options.pace or "rows")
         print(f"Film: {target}, {shown} of {rows} rows of /fields")
     else:
         picture(run, options).savefig(target)
