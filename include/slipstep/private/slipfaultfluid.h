@@ -3,6 +3,7 @@
 #include <slipstep/rooms/slipfault.h>
 #include <slipstep/rooms/slipcore.h>
 #include <slipstep/rooms/slipfluid.h>
+#include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipstate.h>
 
 #define SLIP_FLUID_GAMMA 0.29289321881345247559916 /* of the stages of a step, 1 - 1/sqrt(2) */
@@ -22,8 +23,9 @@ typedef struct {
   PetscReal volume[FLUID_NUM_VOLUMES];
 } SlipFluidNode;
 
-/* Work space of the cells: permeability, and then conductance, along strike and down dip; what leaves per pressure; what
-   enters; the right-hand side; pressure and k* in the middle of a step; normal stress without this fluid; pressure; growth of pores */
+/* Work space of the cells: permeability, and then conductance, along strike and down dip; what leaves per pressure;
+   what enters; the right-hand side; pressure and k* in the middle of a step; normal stress without this fluid;
+   pressure; growth of pores */
 enum {
   FLUID_WORK_ALONG,
   FLUID_WORK_DOWN,
@@ -52,7 +54,8 @@ enum {
 };
 
 /* What drives the fluid from the history on, as functions of the time since then: the slip is that of the speed and a
-   curve, the normal stress without this fluid, beyond that of the loads, is extra and its rate; dilating pores take in the volume dilation t + swelling t^2 */
+   curve, the normal stress without this fluid, beyond that of the loads, is extra and its rate; dilating pores take
+   in the volume dilation t + swelling t^2 */
 typedef struct {
   const PetscReal *speed, *curve, *extra, *extra_rate; /* [m/s], [m/s^2], [Pa], [Pa/s] */
   const PetscReal *dilation, *swelling;                /* [m^3/s], [m^3/s^2] */
@@ -84,6 +87,9 @@ typedef struct {
   PetscInt dilates;   /* pores dilate with the friction state */
   PetscBool stressed; /* the effective normal stress does */
   const SlipPermeabilityLaw *law;
+  /* of pressures.c: the other pressures at t [n] [Pa], and the next time at which one of all has a kink [s] */
+  PetscErrorCode (*given)(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);
+  PetscReal (*change)(const SlipFaultLoads *loads, PetscReal t);
   SlipDiffusion diffusion;
   SlipDiffusion
     shown;         /* of the flux that is asked for, so that solvers of the run do not see whether it is; NULL: never */
@@ -112,7 +118,8 @@ PETSC_INTERN PetscErrorCode SlipFaultFluidView(SlipFault fault, PetscViewer view
 /* fluid.c: collective. Adds the pressure at t to p [n] [Pa]; the volumes at t, and the stored one */
 PETSC_INTERN PetscErrorCode SlipFaultFluidPressure(SlipFault fault, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscErrorCode SlipFaultFluidVolumes(SlipFault fault, PetscReal t, PetscReal volume[], PetscReal *stored);
-/* The permeability of the cells at t [m^2] and the Darcy flux along strike and down dip [n][2] [m/s]; NULL: not wanted */
+/* The permeability of the cells at t [m^2] and the Darcy flux along strike and down dip [n][2] [m/s]; NULL: not wanted
+ */
 PETSC_INTERN PetscErrorCode SlipFaultFluidFlow(SlipFault fault, PetscReal t, PetscReal permeability[],
                                                PetscReal flux[]);
 /* Rates [m^3/s] and pressures [Pa] of all wells at t, [nwells] on every process */
@@ -127,6 +134,8 @@ PETSC_INTERN PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFlu
 PETSC_INTERN PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t);
 PETSC_INTERN PetscErrorCode SlipFluidPressureAt(SlipFault fault, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t, SlipFluidPlace *place);
+PETSC_INTERN PetscErrorCode SlipFluidHold(SlipFault fault, PetscReal t, PetscReal stress[]);
+PETSC_INTERN PetscErrorCode SlipFluidPutNode(SlipFault fault, const SlipFluidNode *node);
 PETSC_INTERN void SlipFluidForget(SlipFault fault);
 /* fluidhistory.c: what SlipElasticAccept() and its like do for the medium */
 PETSC_INTERN PetscErrorCode SlipFaultFluidStart(SlipFault fault, PetscReal t);

@@ -104,7 +104,6 @@ PETSC_EXTERN PetscErrorCode SlipLoadsPressures(const SlipFaultLoads *loads, Pets
                                                PetscReal p[]);
 PETSC_INTERN PetscReal SlipLoadsPressuresEnd(const SlipFaultLoads *loads, PetscReal t);
 PETSC_INTERN PetscReal SlipLoadsPressuresScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration);
-PETSC_INTERN PetscErrorCode SlipLoadsBare(const SlipFaultLoads *loads, PetscReal t, PetscReal stress[]);
 PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t); /* loads->own */
 PETSC_INTERN PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share);
 PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);

@@ -152,7 +152,8 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
     PetscCall(CreateNode(n, &f->path[k].before));
     PetscCall(CreateNode(n, &f->path[k].from));
     PetscCall(CreateNode(n, &f->path[k].to));
-    PetscCall(PetscCalloc2(n + 1, &f->path[k].middle, n + 1, &f->path[k].middle_before));
+    PetscCall(PetscCalloc1(n + 1, &f->path[k].middle));
+    PetscCall(PetscCalloc1(n + 1, &f->path[k].middle_before)); /* they change places */
     for (int j = 0; j < 6; j++) PetscCall(PetscCalloc1(n + 1, &f->array[k][j]));
     f->path[k].drive = (SlipFluidDrive){.speed = f->array[k][0],
                                         .curve = f->array[k][1],
@@ -187,7 +188,8 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
 
     PetscCall(VecDestroy(&f->past[k].cells));
     for (int j = 0; j < 3; j++) PetscCall(PetscFree3(node[j]->pressure, node[j]->rate, node[j]->state));
-    PetscCall(PetscFree2(f->path[k].middle, f->path[k].middle_before));
+    PetscCall(PetscFree(f->path[k].middle));
+    PetscCall(PetscFree(f->path[k].middle_before));
     for (int j = 0; j < 6; j++) PetscCall(PetscFree(f->array[k][j]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -287,6 +289,16 @@ static void Evolve(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal 
   }
 }
 
+/* Computes the normal stress at t [n] [Pa] without any slip and without this fluid; it may be negative. */
+PetscErrorCode SlipFluidHold(SlipFault fault, PetscReal t, PetscReal stress[])
+{
+  PetscFunctionBegin;
+  PetscCall((*fault->fluid.given)(&fault->loads, t, stress));
+  SlipLoadsAddTerms(&fault->loads, t, PETSC_FALSE, NULL, NULL, stress);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) stress[i] = fault->fields.cell[FIELD_NORMAL_STRESS][i] - stress[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets the permeability of the cells at t from their k* and the pressure. Collective. */
 PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path, PetscReal t, const PetscReal state[],
                                      const PetscReal pressure[], PetscReal k[])
@@ -296,7 +308,7 @@ PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path,
   PetscReal *hold = f->work[FLUID_WORK_HOLD];
 
   PetscFunctionBegin;
-  if (f->stressed) PetscCall(SlipLoadsBare(&fault->loads, t, hold));
+  if (f->stressed) PetscCall(SlipFluidHold(fault, t, hold));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const SlipPermeability c = Law(fault, i);
     const PetscReal stress =
@@ -307,7 +319,8 @@ PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the coefficients of the operator for steps from t on; work[FLUID_WORK_ALONG] has the permeability. Collective. */
+/* Sets the coefficients of the operator for steps from t on; work[FLUID_WORK_ALONG] has the permeability. Collective.
+ */
 PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t)
 {
   SlipFaultFluid *f = &fault->fluid;
@@ -402,7 +415,7 @@ static PetscReal Rounded(const SlipFaultFluid *f, PetscReal h)
 static PetscErrorCode StepOnce(SlipFault fault, SlipFluidPath *path, PetscReal until)
 {
   SlipFaultFluid *f = &fault->fluid;
-  const PetscReal change = SlipLoadsPressuresEnd(&fault->loads, path->from.time), end = PetscMin(until, change);
+  const PetscReal change = (*fault->fluid.change)(&fault->loads, path->from.time), end = PetscMin(until, change);
   const PetscReal room = end - path->from.time, wanted = path->from.next;
   PetscReal h = wanted > room * (1 - 1e-9) ? room : wanted > room / 2 ? room / 2 : wanted, E;
   PetscBool lands = h == room ? PETSC_TRUE : PETSC_FALSE, cut = h < wanted ? PETSC_TRUE : PETSC_FALSE;
@@ -525,4 +538,48 @@ void SlipFluidForget(SlipFault fault)
   fault->known.load.time = (PetscReal)NAN;
   fault->coupling.moment = (SlipFaultMoment){0};
   fault->balance.put++;
+}
+
+/* Writes the fluid at a node to slot 1, without what drives it. */
+PetscErrorCode SlipFluidPutNode(SlipFault fault, const SlipFluidNode *node)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(f->past[1].cells, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *b = a + f->block * i;
+
+    b[FLUID_PRESSURE] = node->pressure[i];
+    b[FLUID_RATE] = node->rate[i];
+    b[FLUID_STATE] = node->state[i];
+  }
+  PetscCall(VecRestoreArray(f->past[1].cells, &a));
+  f->past[1].time = node->time;
+  f->past[1].next = node->next;
+  f->past[1].fresh = node->fresh;
+  PetscCall(PetscArraycpy(f->past[1].volume, node->volume, FLUID_NUM_VOLUMES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the history to the start of a run at t. */
+PetscErrorCode SlipFaultFluidStart(SlipFault fault, PetscReal t)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  SlipFluidNode *node = &f->path[1].from;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArraycpy(node->pressure, fault->fields.cell[FIELD_FLUID_PRESSURE], fault->mesh.n));
+  PetscCall(PetscArraycpy(node->state, fault->fields.cell[FIELD_PERMEABILITY], fault->mesh.n));
+  PetscCall(PetscArrayzero(node->rate, fault->mesh.n));
+  PetscCall(PetscArrayzero(node->volume, FLUID_NUM_VOLUMES));
+  node->time = t;
+  node->next = f->first;
+  node->fresh = PETSC_TRUE;
+  PetscCall(VecZeroEntries(f->past[1].cells));
+  PetscCall(SlipFluidPutNode(fault, node));
+  f->trial = f->computed = PETSC_FALSE;
+  SlipFluidForget(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -16,50 +16,6 @@ static const SlipFluidNode *EndOf(const SlipFluidPath *path)
   return path->stepped ? &path->to : &path->from;
 }
 
-/* Writes the fluid at a node to slot 1, without what drives it. */
-static PetscErrorCode PutNode(SlipFault fault, const SlipFluidNode *node)
-{
-  SlipFaultFluid *f = &fault->fluid;
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArray(f->past[1].cells, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal *b = a + f->block * i;
-
-    b[FLUID_PRESSURE] = node->pressure[i];
-    b[FLUID_RATE] = node->rate[i];
-    b[FLUID_STATE] = node->state[i];
-  }
-  PetscCall(VecRestoreArray(f->past[1].cells, &a));
-  f->past[1].time = node->time;
-  f->past[1].next = node->next;
-  f->past[1].fresh = node->fresh;
-  PetscCall(PetscArraycpy(f->past[1].volume, node->volume, FLUID_NUM_VOLUMES));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the history to the start of a run at t. */
-PetscErrorCode SlipFaultFluidStart(SlipFault fault, PetscReal t)
-{
-  SlipFaultFluid *f = &fault->fluid;
-  SlipFluidNode *node = &f->path[1].from;
-
-  PetscFunctionBegin;
-  PetscCall(PetscArraycpy(node->pressure, fault->fields.cell[FIELD_FLUID_PRESSURE], fault->mesh.n));
-  PetscCall(PetscArraycpy(node->state, fault->fields.cell[FIELD_PERMEABILITY], fault->mesh.n));
-  PetscCall(PetscArrayzero(node->rate, fault->mesh.n));
-  PetscCall(PetscArrayzero(node->volume, FLUID_NUM_VOLUMES));
-  node->time = t;
-  node->next = f->first;
-  node->fresh = PETSC_TRUE;
-  PetscCall(VecZeroEntries(f->past[1].cells));
-  PetscCall(PutNode(fault, node));
-  f->trial = f->computed = PETSC_FALSE;
-  SlipFluidForget(fault);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The length of the slip of cell i in h seconds between two displacements [m] */
 static PetscReal Length(SlipFault fault, PetscInt i, PetscReal h, const PetscReal before[], const PetscReal after[],
                         const PetscReal vinf[])
@@ -88,6 +44,19 @@ static PetscReal PsiRate(SlipFault fault, PetscInt i, const PetscReal a[], Petsc
   return rate[0];
 }
 
+/* Computes the part of an effective normal stress at t that slip has made [n] [Pa], in work space of the fluid. */
+static PetscErrorCode Extra(SlipFault fault, PetscReal t, const PetscReal stress[], const PetscReal **extra)
+{
+  PetscReal *own = fault->fluid.work[FLUID_WORK_OWN], *hold = fault->fluid.work[FLUID_WORK_HOLD];
+
+  PetscFunctionBegin;
+  PetscCall(SlipFluidPressureAt(fault, t, own));
+  PetscCall(SlipFluidHold(fault, t, hold));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) own[i] = stress[i] - PetscMax(hold[i] - own[i], 0);
+  *extra = own;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes the second path from the history to the state w at t, unless that is known. stress: the effective normal
    stress there; NULL: what slip has made of it goes on at its last rate. */
 static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscReal stress[])
@@ -98,7 +67,7 @@ static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscRe
   const PetscReal h = t - f->past[1].time, *a, *past, *vinf;
   const SlipArrays arrays[] = {
     {w, .read = &a}, {f->past[1].cells, .read = &past}, {fault->operators.vinf, .read = &vinf}};
-  const SlipFaultLoad *load = NULL;
+  const PetscReal *extra = NULL;
   PetscBool same = f->computed && EndOf(path)->time == t && !(stress && f->stressed) ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -108,13 +77,13 @@ static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscRe
       if (f->reached[c * i + k] != a[SlipFaultDisplacementAt(fault, i) + k]) same = PETSC_FALSE;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
   if (!same) {
-    if (stress && f->stressed) PetscCall(SlipFaultGetLoad(fault, t, &load));
+    if (stress && f->stressed) PetscCall(Extra(fault, t, stress, &extra));
     PetscCall(SlipFluidBegin(fault, path, 1));
     for (PetscInt i = 0; i < fault->mesh.n; i++) {
       const PetscReal *u = a + SlipFaultDisplacementAt(fault, i), *b = past + f->block * i;
 
       f->array[1][1][i] = (Length(fault, i, h, b + FLUID_DISPLACEMENT, u, vinf) - b[FLUID_SPEED] * h) / (h * h);
-      if (load) f->array[1][3][i] = (stress[i] - load->stress[i] - b[FLUID_EXTRA]) / h;
+      if (extra) f->array[1][3][i] = (extra[i] - b[FLUID_EXTRA]) / h;
       if (f->dilates)
         f->array[1][5][i] = SlipFaultFluidPores(fault, i) *
                             (a[SlipFaultStateAt(fault, i)] - b[FLUID_PSI] - h * b[FLUID_PSI_RATE]) / (h * h);
@@ -133,13 +102,13 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
   SlipFaultFluid *f = &fault->fluid;
   const PetscInt c = fault->layout.components;
   const PetscReal h = t - f->past[1].time, *a;
-  const SlipFaultLoad *load = NULL;
+  const PetscReal *extra = NULL;
   PetscReal *to;
 
   PetscFunctionBegin;
   if (h > 0) PetscCall(Correct(fault, t, w, stress));
-  if (stress && f->stressed) PetscCall(SlipFaultGetLoad(fault, t, &load));
-  if (h > 0) PetscCall(PutNode(fault, EndOf(&f->path[1])));
+  if (stress && f->stressed) PetscCall(Extra(fault, t, stress, &extra));
+  if (h > 0) PetscCall(SlipFluidPutNode(fault, EndOf(&f->path[1])));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(f->past[1].cells, &to));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -150,11 +119,9 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
       b[FLUID_PSI] = a[SlipFaultStateAt(fault, i)];
       b[FLUID_PSI_RATE] = PsiRate(fault, i, a, b[FLUID_SPEED]);
     }
-    if (load) {
-      const PetscReal extra = stress[i] - load->stress[i];
-
-      if (h > 0) b[FLUID_EXTRA_RATE] = (extra - b[FLUID_EXTRA]) / h;
-      b[FLUID_EXTRA] = extra;
+    if (extra) {
+      if (h > 0) b[FLUID_EXTRA_RATE] = (extra[i] - b[FLUID_EXTRA]) / h;
+      b[FLUID_EXTRA] = extra[i];
     }
     for (PetscInt k = 0; k < c; k++) b[FLUID_DISPLACEMENT + k] = a[SlipFaultDisplacementAt(fault, i) + k];
   }
@@ -179,7 +146,7 @@ PetscErrorCode SlipFaultFluidAccept(SlipFault fault, PetscReal t, Vec w, PetscBo
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFluidReach(fault, t, &place));
-  PetscCall(PutNode(fault, place.from));
+  PetscCall(SlipFluidPutNode(fault, place.from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -17,16 +17,6 @@ PetscInt SlipLoadsCornerAfter(const SlipFaultLoads *loads, PetscReal t)
   return after < loads->corners[0] ? 0 : SlipRecordInterval(loads->ncorners, loads->corners, after, &share) + 1;
 }
 
-/* Computes the normal stress at t [n] [Pa] without any slip and without the fluid that diffuses; it may be negative. */
-PetscErrorCode SlipLoadsBare(const SlipFaultLoads *loads, PetscReal t, PetscReal stress[])
-{
-  PetscFunctionBegin;
-  PetscCall(SlipLoadsPressures(loads, t, PETSC_FALSE, stress));
-  SlipLoadsAddTerms(loads, t, PETSC_FALSE, NULL, NULL, stress);
-  for (PetscInt i = 0; i < loads->n; i++) stress[i] = loads->normal[i] - stress[i];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Computes the shear load, times weights, along the rake of each cell (1 for one component). Adding t to the origin
    first would lose the changes within the steps of an event to rounding. */
 static void ShearAt(const SlipFaultLoads *loads, PetscReal t, PetscReal *restrict a)

@@ -206,9 +206,18 @@ static PetscReal FunctionScale(const SlipFaultLoads *loads, PetscReal t, PetscRe
 
 /* ---- fluid.c ---- */
 
+static PetscErrorCode Given(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipLoadsPressures(loads, t, PETSC_FALSE, p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FluidSetUp(SlipFault fault)
 {
   PetscFunctionBegin;
+  fault->fluid.given = Given;
+  fault->fluid.change = SlipLoadsPressuresEnd;
   PetscCall(SlipFaultWellsSetUp(fault));
   PetscCall(SlipFaultFluidSetUp(fault));
   PetscFunctionReturn(PETSC_SUCCESS);

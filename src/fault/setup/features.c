@@ -243,6 +243,9 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_permeability_stress is of permeability that stress changes: expected -fault_permeability_law stress or "
    "valve"},
   {F(FLUID), EXCLUDES, F(OPENING), 0, "-fault_permeability is of closed cells: expected -fault_opening no"},
+  {F(PERMEABILITY_BY_SLIP), EXCLUDES, F(RK) | F(OTHER_TS), 0,
+   "-ts_type % does not see the error of a pressure that slip changes: expected adams, bathe, lapusta or rkc with "
+   "-fault_permeability_law slip or valve"},
   {F(OUTPUT_TEMPERATURE), NEEDS, F(SHEAR_ZONE), 0,
    "-fault_output_fields has temperature, but the fault has none: expected -fault_shear_zone_width > 0"},
   {F(OUTPUT_ZONE), NEEDS, F(PRESSURISATION) | F(DILATANCY), 0,

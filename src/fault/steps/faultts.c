@@ -140,7 +140,8 @@ static PetscErrorCode ZoneFriction(SlipFault fault, PetscReal t, Vec w, SlipFric
 {
   PetscFunctionBegin;
   friction->stress = NULL;
-  if (fault->zone.on || (fault->fluid.stressed && fault->kind.coupled)) PetscCall(SlipFaultGetFrictionOf(fault, t, w, friction));
+  if (fault->zone.on || (fault->fluid.stressed && fault->kind.coupled))
+    PetscCall(SlipFaultGetFrictionOf(fault, t, w, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
