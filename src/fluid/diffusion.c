@@ -152,7 +152,9 @@ static PetscErrorCode Sum_SlipDiffusion(SlipDiffusion d, const PetscReal x[], Ve
 /* Copies coefficients, checked, and finds out whether one differs from what is there. */
 static PetscErrorCode Take_SlipDiffusion(SlipDiffusion d, const SlipDiffusionCells *from, PetscBool *differs)
 {
-  PetscInt bad = 0;
+  PetscReal x[5] = {0};
+  PetscInt bad = 0, flags[2];
+  PetscMPIInt rank, size;
 
   PetscFunctionBegin;
   *differs = d->set ? PETSC_FALSE : PETSC_TRUE;
@@ -172,17 +174,24 @@ static PetscErrorCode Take_SlipDiffusion(SlipDiffusion d, const SlipDiffusionCel
         PetscIsInfReal(c->storage + c->along + c->down + c->sink) || PetscIsInfReal(c->border))
       if (!bad) bad = i + 1;
   }
-  if (bad) {
+  PetscCallMPI(MPI_Comm_rank(d->comm, &rank));
+  PetscCallMPI(MPI_Comm_size(d->comm, &size));
+  flags[0] = *differs;
+  flags[1] = bad ? size - rank : 0; /* the first process that has one */
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 2, MPIU_INT, MPI_MAX, d->comm));
+  *differs = flags[0] ? PETSC_TRUE : PETSC_FALSE;
+  if (!flags[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (bad && flags[1] == size - rank) {
     const SlipFluidCell *c = &d->cell[bad - 1];
 
-    SETERRQ(
-      PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-      "diffusion in a cell with storage %g m^3/Pa, mobility %g and %g m^3/(Pa s), leak-off %g m^3/(Pa s) and border "
-      "pressure %g Pa: expected finite numbers, storage > 0 and no other one negative",
-      (double)c->storage, (double)c->along, (double)c->down, (double)c->sink, (double)c->border);
+    x[0] = c->storage, x[1] = c->along, x[2] = c->down, x[3] = c->sink, x[4] = c->border;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, differs, 1, MPIU_BOOL, MPI_LOR, d->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Bcast(x, 5, MPIU_REAL, size - (PetscMPIInt)flags[1], d->comm));
+  SETERRQ(
+    d->comm, PETSC_ERR_ARG_OUTOFRANGE,
+    "diffusion in a cell with storage %g m^3/Pa, mobility %g and %g m^3/(Pa s), leak-off %g m^3/(Pa s) and border "
+    "pressure %g Pa: expected finite numbers, storage > 0 and no other one negative",
+    (double)x[0], (double)x[1], (double)x[2], (double)x[3], (double)x[4]);
 }
 
 PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusionCells *cells)

@@ -99,7 +99,7 @@ PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, Petsc
 PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
 /* pressures.c */
 PETSC_INTERN PetscErrorCode SlipLoadsPressuresSetUp(SlipFaultLoads *loads);
-PETSC_INTERN PetscErrorCode SlipLoadsPressuresDestroy(SlipFaultLoads *loads);
+PETSC_INTERN PetscErrorCode SlipLoadsPressuresDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipLoadsPressures(const SlipFaultLoads *loads, PetscReal t, PetscBool diffusing,
                                                PetscReal p[]);
 PETSC_INTERN PetscReal SlipLoadsPressuresEnd(const SlipFaultLoads *loads, PetscReal t);

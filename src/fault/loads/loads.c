@@ -184,7 +184,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   PetscCall(VecDestroy(&loads->drive));
   PetscCall(VecDestroy(&loads->pull));
   PetscCall(VecDestroy(&loads->hold));
-  PetscCall(SlipLoadsPressuresDestroy(loads));
+  PetscCall(SlipLoadsPressuresDestroy(fault));
   PetscCall(SlipLoadsTermsDestroy(loads));
   PetscCall(PetscFree(fault->friction.healing));
   PetscCall(SlipLoadDestroy(&fault->known.load));

@@ -294,15 +294,17 @@ PetscErrorCode SlipLoadsPressuresSetUp(SlipFaultLoads *loads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipLoadsPressuresDestroy(SlipFaultLoads *loads)
+PetscErrorCode SlipLoadsPressuresDestroy(SlipFault fault)
 {
+  SlipFaultLoads *loads = &fault->loads; /* whose fault is not set before the set-up */
+
   PetscFunctionBegin;
   PetscCall(PetscFree(loads->times));
   PetscCall(PetscFree(loads->record));
   PetscCall(PetscFree(loads->source.distance2));
   PetscCall(PetscFree(loads->own));
-  PetscCall(SlipFaultFluidDestroy(loads->fault));
-  PetscCall(SlipFaultWellsDestroy(loads->fault));
+  PetscCall(SlipFaultFluidDestroy(fault));
+  PetscCall(SlipFaultWellsDestroy(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
