@@ -66,7 +66,8 @@ typedef struct {
 typedef struct {
   PetscBool begun, stepped, kept; /* from is valid; to is; before is */
   PetscInt slot;
-  PetscReal start; /* time of the history where it began [s] */
+  PetscReal start;  /* time of the history where it began [s] */
+  PetscReal target; /* where its steps were to end; NaN: there were solves of others since */
   SlipFluidDrive drive;
   SlipFluidNode before, from, to;
   /* at a share SLIP_FLUID_GAMMA of either step: pressure [n] [Pa], volumes */
@@ -129,6 +130,8 @@ PETSC_INTERN PetscReal SlipFaultFluidScale(SlipFault fault, PetscReal t);
 PETSC_INTERN PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, PetscBool ends);
 PETSC_INTERN PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slot);
 PETSC_INTERN PetscReal SlipFaultFluidPores(SlipFault fault, PetscInt i);
+/* fluidpermeability.c */
+PETSC_INTERN void SlipFluidEvolve(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal middle[]);
 PETSC_INTERN PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path, PetscReal t,
                                                   const PetscReal state[], const PetscReal pressure[], PetscReal k[]);
 PETSC_INTERN PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t);

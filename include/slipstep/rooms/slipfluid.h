@@ -24,6 +24,12 @@ PETSC_EXTERN PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusio
    y on input: a guess, which decides the result only within the tolerance of the solver. What leaves a cell through a
    shared side enters the others to the last bit but rounding, whatever the solver's tolerance is. Collective. */
 PETSC_EXTERN PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal b[], PetscReal y[]);
+/* The error of a pressure that solves may leave [Pa], where 1e-9 of the largest change from the guess is less; 0 at
+   first. */
+PETSC_EXTERN PetscErrorCode SlipDiffusionAccuracy(SlipDiffusion d, PetscReal error);
+/* The next solve makes the preconditioner of its matrix, unless it has that one. Later ones use it for similar matrices
+   too, so that their rounding depends on what was solved since this call. */
+PETSC_EXTERN PetscErrorCode SlipDiffusionRenew(SlipDiffusion d);
 /* What flows at the pressures y of the last solve: through the border, outwards, of the cells of all processes [m^3/s],
    and the Darcy flux times width at the centres [n][2], along strike and down dip [m^2/s]. NULL: not wanted */
 PETSC_EXTERN PetscErrorCode SlipDiffusionFlow(SlipDiffusion d, PetscReal *border, PetscReal flux[]);

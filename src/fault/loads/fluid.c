@@ -17,25 +17,13 @@
 
 #define ERROR_CONSTANT 0.0404401145198802970 /* |1/6 - 3 SLIP_FLUID_GAMMA^2 + 2 SLIP_FLUID_GAMMA^3|, of h^3 d3p/dt3 */
 #define SAFETY 0.8
-#define GROWTH 2.5
-#define LEAST_SHARE 0.2
+#define GROWTH 5
+#define LEAST_SHARE 0.05
 #define MOST_REJECTIONS 100
-#define SMALL_PRESSURE 1e-6 /* of the normal stress: errors below the tolerance of it do not matter */
+#define SMALL_PRESSURE 1e-4 /* of the normal stress: errors below the tolerance of it do not matter */
+#define SOLVER_SHARE 1e-3   /* of the error that the tolerance allows may be left by the solver */
 
 /* ---- set-up ---- */
-
-static SlipPermeability Law(SlipFault fault, PetscInt i)
-{
-  const PetscReal *value = fault->options.value, healing = value[FAULT_PERMEABILITY_HEALING_TIME];
-
-  return (SlipPermeability){.start = fault->fields.cell[FIELD_PERMEABILITY][i],
-                            .maximum = fault->fields.cell[FIELD_PERMEABILITY_MAXIMUM][i],
-                            .slip = value[FAULT_PERMEABILITY_SLIP],
-                            .healing = healing > 0 ? 1 / healing : 0,
-                            .stress = value[FAULT_PERMEABILITY_STRESS],
-                            .normal = fault->fields.cell[FIELD_NORMAL_STRESS][i],
-                            .ctx = fault->fluid.law->ctx};
-}
 
 static PetscErrorCode CreateNode(PetscInt n, SlipFluidNode *node)
 {
@@ -265,60 +253,6 @@ static PetscErrorCode VolumeRates(SlipFault fault, const PetscReal y[], PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slip of cell i in this time since the history [m] */
-static PetscReal Slip(const SlipFluidDrive *drive, PetscInt i, PetscReal time)
-{
-  return PetscMax((drive->speed[i] + drive->curve[i] * time) * time, 0);
-}
-
-/* Sets k* in the middle of a step of the path, and at its end. */
-static void Evolve(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal middle[])
-{
-  const SlipFaultFluid *f = &fault->fluid;
-  const PetscReal time = path->from.time - path->start;
-
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const SlipPermeability c = Law(fault, i);
-    PetscReal slip[3];
-
-    middle[i] = path->to.state[i] = path->from.state[i];
-    if (!f->law->evolve) continue;
-    for (int k = 0; k < 3; k++) slip[k] = Slip(&path->drive, i, time + k * h / 2);
-    middle[i] = SlipPermeabilityEvolve(f->law, &c, path->from.state[i], PetscMax(slip[1] - slip[0], 0), h / 2);
-    path->to.state[i] = SlipPermeabilityEvolve(f->law, &c, middle[i], PetscMax(slip[2] - slip[1], 0), h / 2);
-  }
-}
-
-/* Computes the normal stress at t [n] [Pa] without any slip and without this fluid; it may be negative. */
-PetscErrorCode SlipFluidHold(SlipFault fault, PetscReal t, PetscReal stress[])
-{
-  PetscFunctionBegin;
-  PetscCall((*fault->fluid.given)(&fault->loads, t, stress));
-  SlipLoadsAddTerms(&fault->loads, t, PETSC_FALSE, NULL, NULL, stress);
-  for (PetscInt i = 0; i < fault->mesh.n; i++) stress[i] = fault->fields.cell[FIELD_NORMAL_STRESS][i] - stress[i];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the permeability of the cells at t from their k* and the pressure. Collective. */
-PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path, PetscReal t, const PetscReal state[],
-                                     const PetscReal pressure[], PetscReal k[])
-{
-  SlipFaultFluid *f = &fault->fluid;
-  const SlipFluidDrive *drive = &path->drive;
-  PetscReal *hold = f->work[FLUID_WORK_HOLD];
-
-  PetscFunctionBegin;
-  if (f->stressed) PetscCall(SlipFluidHold(fault, t, hold));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const SlipPermeability c = Law(fault, i);
-    const PetscReal stress =
-      f->stressed ? hold[i] + drive->extra[i] + drive->extra_rate[i] * (t - path->start) - pressure[i] : 0;
-
-    k[i] = SlipPermeabilityValue(f->law, &c, state[i], PetscMax(stress, 0));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sets the coefficients of the operator for steps from t on; work[FLUID_WORK_ALONG] has the permeability. Collective.
  */
 PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t)
@@ -339,6 +273,27 @@ PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets y1 and y2 to the pressures that are expected at the first stage and the end of a step of length h, and guess to
+   those in its middle: for a corrected path those of the step that it corrects, which is known then. */
+static PetscBool Expect(SlipFault fault, const SlipFluidPath *path, PetscReal h, PetscReal y1[], PetscReal y2[],
+                        PetscReal guess[])
+{
+  const SlipFluidPath *first = &fault->fluid.path[0];
+  const SlipFluidNode *from = &path->from;
+  const PetscBool known =
+    path != first && first->stepped && first->from.time == from->time && first->to.time == from->time + h ? PETSC_TRUE
+                                                                                                          : PETSC_FALSE;
+
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal p = from->pressure[i], rate = from->fresh ? 0 : from->rate[i];
+
+    y1[i] = p + (known ? first->middle[i] - first->from.pressure[i] : SLIP_FLUID_GAMMA * h * rate);
+    y2[i] = p + (known ? first->to.pressure[i] - first->from.pressure[i] : h * rate);
+    guess[i] = (p + y2[i]) / 2;
+  }
+  return known;
+}
+
 /* Computes path->to and what is between from its start, h later, and the error over what the tolerance allows. */
 static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal *E)
 {
@@ -349,10 +304,11 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
   const PetscReal own = SLIP_FLUID_GAMMA * h, other = (1 - SLIP_FLUID_GAMMA) * h;
   PetscReal *p = from->pressure, *y1 = path->middle, *y2 = to->pressure, *guess = f->work[FLUID_WORK_GUESS],
             *b = f->work[FLUID_WORK_RIGHT];
-  PetscReal rate[2][FLUID_NUM_VOLUMES], largest[2] = {0, 0}, pores = 0;
+  PetscReal rate[2][FLUID_NUM_VOLUMES], largest[2] = {0, 0}, pores = 0, size = 0;
+  PetscBool known;
 
   PetscFunctionBegin;
-  Evolve(fault, path, h, f->work[FLUID_WORK_STATE]);
+  SlipFluidEvolve(fault, path, h, f->work[FLUID_WORK_STATE]);
   for (PetscInt i = 0; i < n; i++) { /* volume that pores take in during the step, at a constant rate */
     const PetscReal rate_of = path->drive.dilation[i] + path->drive.swelling[i] * (2 * (from->time - path->start) + h);
 
@@ -360,21 +316,25 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
     pores += rate_of;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &pores, 1, MPIU_REAL, MPIU_SUM, fault->comm));
-  for (PetscInt i = 0; i < n; i++) guess[i] = p[i] + (from->fresh ? 0 : h / 2 * from->rate[i]);
-  for (int pass = 0; pass < (f->stressed ? 2 : 1); pass++) {
+  known = Expect(fault, path, h, y1, y2, guess);
+  for (PetscInt i = 0; i < n; i++)
+    size = SlipLarger(size, PetscMax(PetscAbsReal(p[i]), SMALL_PRESSURE * fault->fields.cell[FIELD_NORMAL_STRESS][i]));
+  PetscCall(SlipAllreduceLargest(fault->comm, 1, &size));
+  PetscCall(SlipDiffusionAccuracy(f->diffusion, SOLVER_SHARE * fault->options.value[FAULT_FLUID_TOLERANCE] * size));
+  if (!f->follows || (path == &f->path[0] && from->time == path->start)) PetscCall(SlipDiffusionRenew(f->diffusion));
+  for (int pass = 0; pass < (f->stressed && !known ? 2 : 1); pass++) {
     PetscCall(SlipFluidPermeability(fault, path, from->time + h / 2, f->work[FLUID_WORK_STATE], guess,
                                     f->work[FLUID_WORK_ALONG]));
     PetscCall(SlipFluidSetOperator(fault, from->time));
     for (PetscInt i = 0; i < n; i++) {
       b[i] = f->storage[i] * p[i] + own * (f->work[FLUID_WORK_INFLOW][i] - f->work[FLUID_WORK_PORES][i]);
-      y1[i] = p[i] + (from->fresh ? 0 : own * from->rate[i]);
     }
     PetscCall(SlipDiffusionSolve(f->diffusion, own, b, y1));
     PetscCall(VolumeRates(fault, y1, rate[0]));
     for (PetscInt i = 0; i < n; i++) {
       b[i] = f->storage[i] * (p[i] + other / own * (y1[i] - p[i])) +
              own * (f->work[FLUID_WORK_INFLOW][i] - f->work[FLUID_WORK_PORES][i]);
-      y2[i] = y1[i] + other / own * (y1[i] - p[i]);
+      if (!known && pass == 0) y2[i] = y1[i] + other / own * (y1[i] - p[i]);
     }
     PetscCall(SlipDiffusionSolve(f->diffusion, own, b, y2));
     PetscCall(VolumeRates(fault, y2, rate[1]));
@@ -430,7 +390,7 @@ static PetscErrorCode StepOnce(SlipFault fault, SlipFluidPath *path, PetscReal u
                "-%sfault_fluid_tolerance %g, down to %g s",
                SlipFaultPrefix(fault), (double)path->from.time, SlipFaultPrefix(fault),
                (double)fault->options.value[FAULT_FLUID_TOLERANCE], (double)h);
-    h *= PetscMax(SAFETY * PetscPowReal(E, (PetscReal)-1 / 3), LEAST_SHARE);
+    h *= PetscMax(SAFETY * PetscPowReal(E, (PetscReal)-1 / (path->from.fresh ? 2 : 3)), LEAST_SHARE);
     h = Rounded(f, h);
     lands = cut = PETSC_FALSE;
   }
@@ -448,8 +408,6 @@ PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, 
 {
   PetscFunctionBegin;
   while (path->stepped ? t > path->to.time : t > path->from.time) {
-    const PetscBool first = path->stepped ? PETSC_FALSE : PETSC_TRUE;
-
     if (path->stepped) {
       const SlipFluidNode node = path->before;
       PetscReal *const middle = path->middle_before;
@@ -463,9 +421,8 @@ PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, 
       path->kept = PETSC_TRUE;
     }
     path->stepped = PETSC_FALSE;
-    /* what slip drives is wanted at the end of an attempt first, and the extrapolated slip is not that of a longer one
-     */
-    PetscCall(StepOnce(fault, path, ends || (first && fault->fluid.follows) ? t : PETSC_MAX_REAL));
+    /* what slip drives is wanted at the end of an attempt, and both paths must have the same steps */
+    PetscCall(StepOnce(fault, path, ends || fault->fluid.follows ? t : PETSC_MAX_REAL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -501,6 +458,7 @@ PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slo
   path->slot = slot;
   path->begun = PETSC_TRUE;
   path->stepped = path->kept = PETSC_FALSE;
+  path->target = from->time;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -513,8 +471,10 @@ PetscErrorCode SlipFluidReach(SlipFault fault, PetscReal t, SlipFluidPlace *plac
   PetscReal s;
 
   PetscFunctionBegin;
-  if (!path->begun || path->slot != slot || t < (path->kept ? path->before.time : path->from.time))
+  if (!path->begun || path->slot != slot || t < (path->kept ? path->before.time : path->from.time) ||
+      (f->follows && path->stepped && t > path->to.time)) /* the steps to t must not depend on what was asked before */
     PetscCall(SlipFluidBegin(fault, path, slot));
+  if (!path->stepped && t > path->from.time) path->target = t;
   PetscCall(SlipFluidWalk(fault, path, t, PETSC_FALSE));
   if (t < path->from.time && path->kept)
     *place = (SlipFluidPlace){&path->before, &path->from, path->middle_before, path->between_before, {1, 0, 0}, 0};

@@ -77,6 +77,11 @@ static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscRe
       if (f->reached[c * i + k] != a[SlipFaultDisplacementAt(fault, i) + k]) same = PETSC_FALSE;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
   if (!same) {
+    if (!f->path[0].begun || f->path[0].slot != 1 || f->path[0].target != t) { /* a run that goes on has none either */
+      PetscCall(SlipFluidBegin(fault, &f->path[0], 1));
+      PetscCall(SlipFluidWalk(fault, &f->path[0], t, PETSC_TRUE));
+    }
+    f->path[0].target = (PetscReal)NAN;
     if (stress && f->stressed) PetscCall(Extra(fault, t, stress, &extra));
     PetscCall(SlipFluidBegin(fault, path, 1));
     for (PetscInt i = 0; i < fault->mesh.n; i++) {
