@@ -1,5 +1,5 @@
-"""The examples of one command whose pore fluid diffuses in the fault, small: their pictures, and what they print against
-their files."""
+"""The examples of one command whose pore fluid diffuses in the fault, small: their pictures, and what they print
+against their files."""
 
 import os
 import re
@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
+import doublet
 import valve
 from slipstep.times import YEAR
 
@@ -47,6 +48,26 @@ class FluidExamplesTest(PictureTest):
         said = self.example("valve.sh", "-ts_max_time", "0.5y", "-fault_progress", "no")
         self.look(self.path("valve.png"))
         self.assertIn("0 bursts", said)
+
+    def test_doublet(self):
+        """All that the producer takes, and what the branch's pores gain, has come through the fork: the flow into the
+        branch, summed by trapezoids over half days, within 1 %; at each time what arrives is what goes on, within 1 %
+        of the rate, as the flow of cells is known half a cell away. Cells of the three sides of the fork have the same
+        pressure there, and the main fault holds what the branch has lost, to the balance of fluid."""
+        said = self.example("doublet.sh", "-ts_max_time", "20d", "-fault_output_time_interval", "12h",
+                            "-ts_adapt_dt_max", "12h", "-fault_progress", "no", CELL="200")
+        self.look(self.path("doublet.png"))
+        run = doublet.Case(self.path("doublet_doublet.h5"))
+        before, after, branch = run.junction()
+        rate = doublet.RATE / doublet.DAY
+        np.testing.assert_allclose(run.stored(0) + run.stored(1), 0, atol=1e-9 * rate * run.time[-1])
+        through = np.concatenate([[0], np.cumsum((branch[1:] + branch[:-1]) / 2 * np.diff(run.time))])
+        np.testing.assert_allclose(through, run.stored(1) + rate * run.time, atol=0.01 * rate * run.time[-1])
+        late = run.time > 2 * doublet.DAY
+        self.assertLess(np.abs(before - after - branch)[late].max(), 0.01 * rate)
+        self.assertGreater(branch[-1], 0.5 * rate)
+        self.assertLess(after[late].max(), 0)  # the dead end drains
+        self.assertLess(float(re.search(r"balance to ([\d.e+-]+) of the rate", said)[1]), 0.01)
 
 
 if __name__ == "__main__":
