@@ -143,7 +143,7 @@ case $library in *.so) readelf -d "$library" | grep -q "libslipstep.so.${version
 if command -v cpack >/dev/null && command -v dpkg-shlibdeps >/dev/null && [ "${library%.so}" != "$library" ]; then
   (cd "$SLIPSTEP_BUILD" && cpack -G DEB -B "$room/deb") >"$room/cpack.log" 2>&1 || { tail -20 "$room/cpack.log"; fail "cpack -G DEB"; }
   dpkg-deb -c "$room"/deb/*.deb >"$room/deb.list"
-  for name in slipstep-fault slipstep-valve slipstep-train slipstep-evaluate slipstep-circuit slipstep slipstep-convert-mesh; do
+  for name in slipstep-fault slipstep-train slipstep-evaluate slipstep-circuit slipstep slipstep-convert-mesh; do
     grep -q "/bin/$name\( -> .*\)\?\$" "$room/deb.list" && grep -q "/man1/$name.1.gz\$" "$room/deb.list" || fail "the package lacks $name or its manual page"
   done
   grep -q '/man1/slipstep-plot-run.1.gz$' "$room/deb.list" || fail "the package lacks the manual page of slipstep plot-run"

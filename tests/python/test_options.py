@@ -11,8 +11,8 @@ from scripts import BUILD, SOURCE, ScriptTest
 
 OURS = ("slip", "fault", "ts_adams", "ts_rkc", "ts_bathe", "ts_adapt_heuristic", "ts_adapt_pi", "ts_adapt_rl",
         "snes_slip", "mat_slip", "pc_slipstage", "circuit",
-        "sliding_mode", "oscillator", "elastic", "valve", "train", "evaluate")
-FOREIGN = {"fault_start_ksp_*", "fault_start_pc_*", "valve_ksp_*", "valve_pc_*"}  # PETSc reads them
+        "sliding_mode", "oscillator", "elastic", "train", "evaluate")
+FOREIGN = {"fault_start_ksp_*", "fault_start_pc_*"}  # PETSc reads them
 TEXT = r'((?:"[^"]*"\s*)+)'
 
 

@@ -19,7 +19,7 @@ except ImportError:
     scipy = None
 
 OPTIONS = os.path.join(SOURCE, "examples", "valve.opts")
-FLUID = "permeability", "porosity", "pore_compressibility", "fluid_", "aperture"
+FLUID = "output_fields", "permeability", "porosity", "pore_compressibility", "fluid_", "aperture"
 
 
 @unittest.skipUnless(scipy, "no SciPy")
