@@ -13,6 +13,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfluid.h>
 #include <slipstep/private/slipfaultwells.h>
+#include <slipstep/private/slipwork.h>
 #include <math.h>
 
 #define ERROR_CONSTANT 0.0404401145198802970 /* |1/6 - 3 SLIP_FLUID_GAMMA^2 + 2 SLIP_FLUID_GAMMA^3|, of h^3 d3p/dt3 */
@@ -164,6 +165,7 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
   }
   PetscCall(PetscCalloc1(fault->layout.components * n + 1, &f->reached));
   PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->diffusion));
+  PetscCall(SlipFaultFluidWarn(fault));
   PetscCall(SetUpCells(fault));
   PetscCall(SetUpWells(fault));
   PetscCall(SlipFaultFluidStart(fault, 0));
@@ -192,20 +194,6 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
     PetscCall(PetscFree(f->path[k].middle_before));
     for (int j = 0; j < 6; j++) PetscCall(PetscFree(f->array[k][j]));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipFaultFluidView(SlipFault fault, PetscViewer viewer)
-{
-  SlipFaultFluid *f = &fault->fluid;
-
-  PetscFunctionBegin;
-  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "pore fluid: permeability law %s, %s; first step of the diffusion %.4g s, %" PetscInt_FMT " wells\n",
-    f->law->name, f->follows ? "which slip changes" : "which slip does not change", (double)f->first,
-    fault->loads.nwells));
-  PetscCall(SlipDiffusionView(f->diffusion, viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -380,6 +368,8 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
     PetscCall(VolumeRates(fault, y2, rate[1]));
     for (PetscInt i = 0; i < n; i++) guess[i] = (p[i] + y2[i]) / 2;
     f->solves += 2;
+    SlipWorkAdd(SLIP_WORK_DIFFUSION, (PetscReal)(2 * n));
+    if (f->law->evolve || f->law->value) SlipWorkAdd(SLIP_WORK_ASSEMBLY, (PetscReal)n);
   }
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal first = (y1[i] - p[i]) / own, last = (y2[i] - p[i] - other * first) / own;
