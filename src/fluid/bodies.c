@@ -1,11 +1,11 @@
-/* Which cells are joined by sides, one body of fluid each; and which cells meet others without a common side, so that no
-   fluid flows between them: faults that cross within their cells, or meet where their sides do not. */
+/* Which cells are joined by sides, one body of fluid each; and which cells meet others without a common side, so that
+   no fluid flows between them: faults that cross within their cells, or meet where their sides do not. */
 #include <slipstep/private/slipfluid.h>
 #include <math.h>
 #include <slipstep/private/slipsys.h>
 
-/* Distance below which points touch, over the shortest side of a cell, as in meet.c; cells that have less than ten times
-   that in common touch at points */
+/* Distance below which points touch, over the shortest side of a cell, as in meet.c; cells that have less than ten
+   times that in common touch at points */
 #define TOUCH_ROUNDING 1e-3
 #define PARALLEL 1e-6 /* sine of the angle between planes */
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pore fluid that diffuses in a fault and is coupled to slip: a block whose equations scipy solves by itself, the order
-in time, the error estimate; the balance of fluid, restarts and ranks of all laws, loads and meshes; closed forms; faults
-that meet."""
+in time, the error estimate; the balance of fluid, restarts and ranks of all laws, loads and meshes; closed forms; and
+faults that meet."""
 
 import math
 import os
@@ -266,8 +266,8 @@ class Wells(FaultTest):
 class OneWay(FaultTest):
     def test_record(self):
         """BP8 at 10 m: the Gaussian source of a well in 20 days is the record that examples/seas_bp8.py computes in
-        closed form, to the error of cells, 1.5e-3 of the largest and 6.2e-3 at 20 m, and of -fault_fluid_tolerance, and so
-        is slip."""
+        closed form, to the error of cells, 1.5e-3 of the largest and 6.2e-3 at 20 m, and of -fault_fluid_tolerance,
+        and so is slip."""
         make = ("make", "bp8", "--cell", 10)
         n = int(self.run_example("seas_bp8.py", *make))
         self.run_example("seas_bp8.py", *make, "--diffusion")

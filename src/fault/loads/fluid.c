@@ -165,7 +165,6 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
   }
   PetscCall(PetscCalloc1(fault->layout.components * n + 1, &f->reached));
   PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->diffusion));
-  PetscCall(SlipFaultFluidWarn(fault));
   PetscCall(SetUpCells(fault));
   PetscCall(SetUpWells(fault));
   PetscCall(SlipFaultFluidStart(fault, 0));

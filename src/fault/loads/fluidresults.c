@@ -10,6 +10,7 @@ PetscErrorCode SlipFaultFluidWarn(SlipFault fault)
   PetscMPIInt rank;
 
   PetscFunctionBegin;
+  if (!fault->fluid.on) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipDiffusionBodies(fault->fluid.diffusion, &bodies, &apart, faults));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!apart || rank || !fault->options.reports) PetscFunctionReturn(PETSC_SUCCESS);
