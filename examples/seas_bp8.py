@@ -3,6 +3,7 @@
 
     seas_bp8.py make NAME --cell 10 [--well] [--rate 0.003]   NAME_pressure.h5 for -fault_pore_pressure; prints the
                                                               cells along each side
+    seas_bp8.py make NAME --diffusion ...                     NAME_wells.csv for -fault_wells in its place
     seas_bp8.py plot NAME                                     NAME.h5 to a table and NAME.png
 
 The pressure diffuses on the square fault, whose border lets nothing through. A Gaussian source is a sum of cosines,
@@ -73,8 +74,14 @@ def record():
                                      STOP + (END - STOP) * np.linspace(0, 1, 101) ** 2]))
 
 
-def make(name, cell, well, rate):
+def make(name, cell, well, rate, diffusion):
     n, times = round(2 * HALF / cell), record()
+    if diffusion:
+        place, spread = f"injection,{HALF:g},{HALF:g}", 0 if well else WIDTH
+        with open(f"{name}_wells.csv", "w", encoding="utf-8") as file:
+            file.write(f"well,x,z,s,m3/s,spread\n{place},0,{rate!r},{spread:g}\n{place},{STOP:g},0,{spread:g}\n")
+        print(n)
+        return
     x = centres(n)
     values = np.array([pressure(x, x, t, point if well else gaussian) for t in times]) * (rate / RATE)
     if values.max() >= 0.99 * NORMAL:
@@ -113,8 +120,13 @@ def draw(name, run, x, times, slip):
     artist = plane.draw(axes[0, 0], plane.values(whole), norm, KINDS["slip"].colours)
     axes[0, 0].set(title=f"Slip after {times[-1] / DAY:g} days", xlabel="along strike (km)")
     colour_bar(canvas, artist, norm, "slip (m)", ax=axes[0, 0], shrink=0.8)
-    with h5py.File(f"{name}_pressure.h5") as file:
-        at, values = file["time"][...], file["pressure"][...]
+    with h5py.File(f"{name}.h5") as file:
+        computed = "pore_pressure" in file["fields"]
+    if computed:
+        at, values = run.field("pore_pressure")
+    else:
+        with h5py.File(f"{name}_pressure.h5") as file:
+            at, values = file["time"][...], file["pressure"][...]
     middle = values.shape[1] // 2
     days = [day for day in SHOWN if day * DAY <= times[-1] * (1 + 1e-9)]
     for day, colour in zip(days, plt.get_cmap("viridis")(np.linspace(0, 0.92, len(days)))):
@@ -139,13 +151,14 @@ def main():
     parser.add_argument("name", metavar="NAME")
     parser.add_argument("--cell", type=float, default=10.0, metavar="M", help="side of the cells [m]")
     parser.add_argument("--well", action="store_true", help="a point in place of the Gaussian")
+    parser.add_argument("--diffusion", action="store_true", help="wells for a fault that computes the diffusion")
     parser.add_argument("--rate", type=float, default=RATE, metavar="Q", help="injected [m^3/s]")
     a = parser.parse_args()
     if not a.cell > 0 or abs(HALF / a.cell - round(HALF / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected a whole part of {HALF:g} m")
     with one_line():
         if a.work == "make":
-            make(a.name, a.cell, a.well, a.rate)
+            make(a.name, a.cell, a.well, a.rate, a.diffusion)
         else:
             plot(a.name)
 

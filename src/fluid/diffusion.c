@@ -13,6 +13,7 @@
    the error because the inverse of storage plus diffusion, times the storage, has no row whose sum exceeds one. */
 #include <slipstep/private/slipfluid.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
 
 /* Largest error of a pressure over the largest change of one by the solve, where SlipDiffusionAccuracy() allows no more
  */
@@ -511,6 +512,7 @@ PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal
   PetscCheck(d->set, d->comm, PETSC_ERR_ORDER, "call SlipDiffusionSet() before SlipDiffusionSolve()");
   PetscCheck(dt > 0 && !PetscIsInfReal(dt), d->comm, PETSC_ERR_ARG_OUTOFRANGE, "a step of %g s: expected more than 0",
              (double)dt);
+  SlipWorkTake(); /* whether a factorisation is at hand depends on restarts, and so do flops */
   if (dt != d->dt) PetscCall(Assemble_SlipDiffusion(d, dt));
   PetscCall(PetscMalloc2(d->n, &start, d->n, &lack));
   PetscCall(PetscArraycpy(start, y, d->n));
@@ -544,6 +546,7 @@ PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal
   }
   for (PetscInt i = 0; i < d->n; i++) y[i] += lack[i] / (d->cell[i].storage + dt * d->cell[i].sink);
   PetscCall(PetscFree2(start, lack));
+  SlipWorkSkip();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -573,14 +576,27 @@ PetscErrorCode SlipDiffusionRadius(SlipDiffusion d, PetscReal radius[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipDiffusionBodies(SlipDiffusion d, PetscInt *bodies, PetscInt *apart, PetscInt faults[2])
+{
+  PetscFunctionBegin;
+  *bodies = d->sides.bodies.bodies;
+  *apart = d->sides.bodies.apart;
+  for (int k = 0; k < 2; k++) faults[k] = d->sides.bodies.fault[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipDiffusionView(SlipDiffusion d, PetscViewer viewer)
 {
   PetscInt pieces;
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(d->lambda, &pieces));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "Diffusion of fluid: %" PetscInt_FMT " sides, unknowns of the %s\n", pieces,
-                                   d->other ? "cells" : "sides"));
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "Diffusion of fluid: %" PetscInt_FMT " sides, unknowns of the %s, %" PetscInt_FMT
+                                   " bodies of cells that sides join
+                                   ",
+                                   pieces,
+                                   d->other ? "cells" : "sides", d->sides.bodies.bodies));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(d->ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));

@@ -27,14 +27,14 @@ static PetscInt Number(Table *t, PetscInt a, PetscInt b)
 
 /* Numbers the pieces of all cells; those of this process's cells are in s, with room for `entries`. */
 static PetscErrorCode Fill(const SlipFaultMesh *mesh, const PetscInt corners[], const SlipFluidMeet *meet, Table *t,
-                           SlipFluidSides *s)
+                           SlipFluidSides *s, SlipFluidWhole *w)
 {
   const PetscInt ends = mesh->kind->sides;
-  PetscInt k = 0, last = 0;
+  PetscInt k = 0, all = 0, last = 0;
 
   PetscFunctionBegin;
   s->first = s->most = 0;
-  s->offset[0] = 0;
+  s->offset[0] = w->offset[0] = 0;
   for (PetscInt e = 0; e < mesh->N; e++) {
     const size_t row = (size_t)SlipFaultMeshRowOf(mesh, e);
     const PetscBool ours = e >= mesh->start && e < mesh->start + mesh->n ? PETSC_TRUE : PETSC_FALSE;
@@ -50,18 +50,21 @@ static PetscErrorCode Fill(const SlipFaultMesh *mesh, const PetscInt corners[], 
         const PetscInt b = j + 1 < pieces ? cut[j].point : corners[ends * row + (c + 1) % ends];
         const PetscInt piece = Number(t, a, b);
 
+        w->piece[all++] = piece;
         if (!ours) continue;
         s->piece[k] = piece;
         s->side[k] = c;
         s->part[k++] = (j + 1 < pieces ? cut[j].part : 1) - (j ? cut[j - 1].part : 0);
       }
     }
+    w->offset[e + 1] = all;
     if (!ours) continue;
     s->offset[e - mesh->start + 1] = k;
     s->most = PetscMax(s->most, k - s->offset[e - mesh->start]);
     last = t->n;
   }
   s->owned = last - s->first;
+  w->pieces = t->n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,6 +76,7 @@ PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *s
   size_t all = ends * (size_t)mesh->N;
   PetscReal *points;
   SlipFluidMeet meet;
+  SlipFluidWhole whole;
   Table t = {.n = 0};
 
   PetscFunctionBegin;
@@ -90,7 +94,11 @@ PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *s
   PetscCall(PetscMalloc4(mesh->npoints, &t.head, all, &t.next, all, &t.high, all, &t.cells));
   for (PetscInt p = 0; p < mesh->npoints; p++) t.head[p] = -1;
   PetscCall(PetscMalloc4(mesh->n + 1, &s->offset, entries, &s->piece, entries, &s->side, entries, &s->part));
-  PetscCall(Fill(mesh, list ? meet.point : corners, list ? &meet : NULL, &t, s));
+  PetscCall(PetscMalloc2((size_t)mesh->N + 1, &whole.offset, all, &whole.piece));
+  PetscCall(Fill(mesh, list ? meet.point : corners, list ? &meet : NULL, &t, s, &whole));
+  s->bodies = (SlipFluidBodies){.bodies = 1};
+  if (mesh->kind != &SlipFaultMeshGrid) PetscCall(SlipFluidBodiesFind(mesh, points, corners, &whole, &s->bodies));
+  PetscCall(PetscFree2(whole.offset, whole.piece));
   if (list) PetscCall(SlipFluidMeetDestroy(&meet));
   /* pieces that processes before this one own are ghosts, ascending */
   PetscCall(PetscMalloc1(entries, &sorted));

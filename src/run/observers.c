@@ -11,10 +11,11 @@
 /* The built-in observers. A new one is a file with its row, and its name here. */
 extern const SlipFaultObserver SlipFaultProgressObserver, SlipFaultOutputObserver, SlipFaultXdmfObserver,
   SlipFaultStationsObserver, SlipFaultSurfaceObserver, SlipFaultCatalogueObserver, SlipFaultCouplingObserver,
-  SlipFaultEstimateObserver;
+  SlipFaultFluidObserver, SlipFaultEstimateObserver;
 static const SlipFaultObserver *const Observers[] = {
-  &SlipFaultProgressObserver, &SlipFaultOutputObserver,    &SlipFaultXdmfObserver,     &SlipFaultStationsObserver,
-  &SlipFaultSurfaceObserver,  &SlipFaultCatalogueObserver, &SlipFaultCouplingObserver, &SlipFaultEstimateObserver};
+  &SlipFaultProgressObserver, &SlipFaultOutputObserver,  &SlipFaultXdmfObserver,
+  &SlipFaultStationsObserver, &SlipFaultSurfaceObserver, &SlipFaultCatalogueObserver,
+  &SlipFaultCouplingObserver, &SlipFaultFluidObserver,   &SlipFaultEstimateObserver};
 enum { NUM_OBSERVERS = PETSC_STATIC_ARRAY_LENGTH(Observers) };
 
 /* Observers of users, until the process ends */

@@ -6,10 +6,11 @@
     cost.py --calibrate                             draws other runs, and writes src/sys/workprices.h; then build again
 
 Kinds: single events with inertia by dense, spectral, sketched and Lanczos' roots, of vectors, and on hierarchical
-storage; one cell; ruptures without inertia by rkc, adams and bathe; sequences without inertia and with it; injections;
-BP5 by adams and rk; waves on a plane; dipping rectangles; a dyke that opens; and long outputs. Sizes, controllers and
-durations are drawn by the seed. The time is that of the whole process, user and system, the least of three runs one
-after the other on one thread. Prices are the least squares of relative errors, none negative.
+storage; one cell; ruptures without inertia by rkc, adams and bathe; sequences without inertia and with it; injections,
+by a source and by wells; BP5 by adams and rk; waves on a plane; dipping rectangles; a dyke that opens; and long
+outputs. Sizes, controllers and durations are drawn by the seed. The time is that of the whole process, user and system,
+the least of three runs one after the other on one thread. Prices are the least squares of relative errors, none
+negative.
 """
 
 import argparse
@@ -93,6 +94,13 @@ def injection(random):
             f"{size(random, 10, 40)}d"]
 
 
+def fluid(random):
+    n = made("seas_bp8.py", "make", "bp8", "--diffusion", "--cell", [40, 20, 10][random.integers(3)]).strip()
+    law = [[], ["-fault_permeability_law", "stress", "-fault_permeability_stress", 2e7]][random.integers(2)]
+    return [*file("seas_bp8"), "-fault_nx", n, "-fault_nz", n, "-fault_wells", "bp8_wells.csv", "-fault_permeability",
+            5e-14, "-fault_pore_compressibility", 1e-8, "-ts_max_time", f"{size(random, 5, 30)}d", *law]
+
+
 def bp5(random, *options):
     cell = [1000, 2000, 4000, 4000][random.integers(4)]
     nx, nz = made("make_seas.py", "bp5", "bp5.h5", "--cell", cell).split()
@@ -147,6 +155,7 @@ KINDS = {
     "sequence": lambda r: sequence(r, (6, 30), (20, 100)),
     "sequence, inertia": lambda r: sequence(r, (8, 20), (20, 60), "-fault_inertia", "yes", "-fault_viscosity", "sqrtm"),
     "injection": injection,
+    "fluid": fluid,
     "BP5, adams": lambda r: bp5(r, "-ts_type", "adams", "-ts_adapt_type", "rl"),
     "BP5, rk": lambda r: bp5(r),
     "waves": waves,

@@ -115,7 +115,9 @@ typedef struct {
 
 PETSC_INTERN PetscErrorCode SlipFaultFluidSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultFluidDestroy(SlipFault fault);
+/* fluidresults.c */
 PETSC_INTERN PetscErrorCode SlipFaultFluidView(SlipFault fault, PetscViewer viewer);
+PETSC_INTERN PetscErrorCode SlipFaultFluidWarn(SlipFault fault); /* of cells that meet without a common side */
 /* fluid.c: collective. Adds the pressure at t to p [n] [Pa]; the volumes at t, and the stored one */
 PETSC_INTERN PetscErrorCode SlipFaultFluidPressure(SlipFault fault, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscErrorCode SlipFaultFluidVolumes(SlipFault fault, PetscReal t, PetscReal volume[], PetscReal *stored);

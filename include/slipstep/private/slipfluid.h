@@ -2,6 +2,21 @@
 #pragma once
 #include <slipstep/rooms/slipfluid.h>
 
+/* The pieces of all cells, in the order of the mesh */
+typedef struct {
+  PetscInt pieces;
+  PetscInt *offset, *piece; /* [N + 1]; number among those of all processes */
+} SlipFluidWhole;
+
+/* bodies.c: how many parts of the mesh no side joins; how many cells of different faults or parts meet along a line
+   without having it in common, and two faults of which they are, by the order of their labels */
+typedef struct {
+  PetscInt bodies, apart, fault[2];
+} SlipFluidBodies;
+PETSC_INTERN PetscErrorCode SlipFluidBodiesFind(const SlipFaultMesh *mesh, const PetscReal points[],
+                                                const PetscInt corners[], const SlipFluidWhole *whole,
+                                                SlipFluidBodies *bodies);
+
 /* The sides of the cells of this process, in pieces. A piece belongs to a side of a cell as a whole, or to a part of
    it where rectangles meet that are not equal. "Local" numbers of pieces count those that this process owns, then the
    ghosts; a process owns the pieces whose first cell, in the order of the mesh, is its own. */
@@ -15,6 +30,7 @@ typedef struct {
   PetscInt *piece;        /* local number */
   PetscInt *side;         /* which side of the cell, 0 to 3: between corners side and side + 1 */
   PetscReal *part;        /* its part of the side's length */
+  SlipFluidBodies bodies;
 } SlipFluidSides;
 
 PETSC_INTERN PetscErrorCode SlipFluidSidesCreate(const SlipFaultMesh *mesh, SlipFluidSides *sides); /* pieces.c */

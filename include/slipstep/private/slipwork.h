@@ -41,6 +41,8 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(STRENGTH, CELLS)       /* cells in right-hand sides and other evaluations */                                     \
   ROW(BALANCE, CELLS)        /* the same for friction that always slides */                                            \
   ROW(SOURCE, CELLS)         /* cells whose pressure by a source is evaluated */                                       \
+  ROW(DIFFUSION, CELLS)      /* cells in solves of the diffusion of pore fluid */                                      \
+  ROW(ASSEMBLY, CELLS)       /* cells in its matrices, where permeability changes */                                   \
   ROW(VECTOR, CELLS)         /* flops of vectors, as PETSc counts them */                                              \
   ROW(OBSERVED, OBSERVATION) /* numbers of observed states */                                                          \
   ROW(PIECE, OUTPUT)         /* pieces of output */                                                                    \
@@ -57,6 +59,8 @@ PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops); 
 PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);                     /* they are logged already */
 /* Assigns the work since the last call to the present user and share. */
 PETSC_INTERN void SlipWorkTake(void);
+/* Leaves out flops that PETSc has counted since the last SlipWorkTake(): they are in the price of another kind. */
+PETSC_INTERN void SlipWorkSkip(void);
 /* From Begin to End, work of a run belongs to this share. */
 PETSC_INTERN void SlipWorkBegin(SlipShare share);
 PETSC_INTERN void SlipWorkEnd(void);

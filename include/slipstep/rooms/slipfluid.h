@@ -35,4 +35,7 @@ PETSC_EXTERN PetscErrorCode SlipDiffusionRenew(SlipDiffusion d);
 PETSC_EXTERN PetscErrorCode SlipDiffusionFlow(SlipDiffusion d, PetscReal *border, PetscReal flux[]);
 /* The radius at which the pressure around a well equals the pressure of its cell (Peaceman 1978) [m], [n] */
 PETSC_EXTERN PetscErrorCode SlipDiffusionRadius(SlipDiffusion d, PetscReal radius[]);
+/* Bodies of fluid, which no side joins; how many cells meet cells of another fault or body without a common side, and
+   the labels of two faults of which they are */
+PETSC_EXTERN PetscErrorCode SlipDiffusionBodies(SlipDiffusion d, PetscInt *bodies, PetscInt *apart, PetscInt faults[2]);
 PETSC_EXTERN PetscErrorCode SlipDiffusionView(SlipDiffusion d, PetscViewer viewer);

@@ -13,6 +13,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfluid.h>
 #include <slipstep/private/slipfaultwells.h>
+#include <slipstep/private/slipwork.h>
 #include <math.h>
 
 #define ERROR_CONSTANT 0.0404401145198802970 /* |1/6 - 3 SLIP_FLUID_GAMMA^2 + 2 SLIP_FLUID_GAMMA^3|, of h^3 d3p/dt3 */
@@ -183,20 +184,6 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultFluidView(SlipFault fault, PetscViewer viewer)
-{
-  SlipFaultFluid *f = &fault->fluid;
-
-  PetscFunctionBegin;
-  if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "pore fluid: permeability law %s, %s; first step of the diffusion %.4g s, %" PetscInt_FMT " wells\n",
-    f->law->name, f->follows ? "which slip changes" : "which slip does not change", (double)f->first,
-    fault->loads.nwells));
-  PetscCall(SlipDiffusionView(f->diffusion, viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The volume by which the pores of cell i grow as psi = ln(V0 theta/d_c) rises by 1 [m^3] (Segall and Rice 1995) */
 PetscReal SlipFaultFluidPores(SlipFault fault, PetscInt i)
 {
@@ -340,6 +327,8 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
     PetscCall(VolumeRates(fault, y2, rate[1]));
     for (PetscInt i = 0; i < n; i++) guess[i] = (p[i] + y2[i]) / 2;
     f->solves += 2;
+    SlipWorkAdd(SLIP_WORK_DIFFUSION, (PetscReal)(2 * n));
+    if (f->law->evolve || f->law->value) SlipWorkAdd(SLIP_WORK_ASSEMBLY, (PetscReal)n);
   }
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal first = (y1[i] - p[i]) / own, last = (y2[i] - p[i] - other * first) / own;

@@ -205,8 +205,9 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   Level: intermediate
 
   Notes:
-  The strength is mu (sigma_n - p), never below 0. p adds to -fault_pore_pressure and -fault_injection. The search for
-  the end of rest steps by thousandths of the run's duration: it may miss shorter pulses of pressure.
+  The strength is mu (sigma_n - p), never below 0. p adds to -fault_pore_pressure, -fault_injection and the
+  fluid of -fault_permeability, as these add to each other. The search for the end of rest steps by thousandths of the
+  run's duration: it may miss shorter pulses of pressure.
 
   Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); of the run PETSC_ERR_FP for a pressure that is not finite
 

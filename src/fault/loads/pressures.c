@@ -220,6 +220,7 @@ static PetscErrorCode FluidSetUp(SlipFault fault)
   fault->fluid.change = SlipLoadsPressuresEnd;
   PetscCall(SlipFaultWellsSetUp(fault));
   PetscCall(SlipFaultFluidSetUp(fault));
+  PetscCall(SlipFaultFluidWarn(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -180,8 +180,11 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (!rank)
     PetscCall(SlipWarning(
-      "at %.6g s %s the normal stress in %" PetscInt_FMT " cells: they open, without strength (printed once)",
+      "at %.6g s %s the normal stress in %" PetscInt_FMT " cells: they open, without strength%s (printed once)",
       (double)t, fault->loads.nterms ? "pore pressure and stresses in time exceed" : "the pore pressure exceeds",
-      opened));
+      opened,
+      fault->fluid.on ? ". For less pressure expected lower rates or pressures of wells, or a larger "
+                        "-fault_permeability or -fault_pore_compressibility"
+                      : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,6 +7,9 @@
 #include <slipstep/private/slipts.h>
 
 #define OTHERS_RTOL 1e-3 /* for other types, controllers and runs */
+/* Over the accuracy, where slip changes the pressure of a fluid: a valve of 250 years has times of bursts within 3e-4
+   for 2.3 s by 1e-4, and within 5e-2 for 1.7 s by 1e-3 */
+#define FLUID_RTOL 1e-2
 
 /* Tolerances at which the errors of event times of a cycle, over the recurrence, stay within an accuracy in 95 % of
    drawn faults, and the error that 95 % have at a tolerance: for lines, and for planes, whose errors are a tenth */
@@ -69,7 +72,7 @@ PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol)
   PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, "ts_rtol", &other));
   PetscCall(NamesOther(ts, "-ts_type", TSADAMS, &other));
   PetscCall(NamesOther(ts, "-ts_adapt_type", ours, &other));
-  *rtol = OTHERS_RTOL;
+  *rtol = fault->fluid.follows ? FLUID_RTOL * accuracy : OTHERS_RTOL;
   if (other || !IsCycle(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   fault->steps.accuracy = accuracy;
   *rtol = fault->steps.rtol = PetscMin(1, SlipFaultBetween(ACCURACIES, Tolerance[ShapeOf(fault)], accuracy));

@@ -231,6 +231,10 @@ static PetscErrorCode BeforeStep(TS ts)
   if (ours || problem->steps.any_integrator)
     PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
   if (ours || !problem->history.accept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(!((SlipFault)fault)->fluid.follows, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+             "-ts_type %s does not see the error of a pressure that slip changes by the normal stress of "
+             "-fault_permeability_law %s: expected adams, bathe or rkc",
+             ((PetscObject)ts)->type_name, ((SlipFault)fault)->options.text[FAULT_PERMEABILITY_LAW]);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
