@@ -591,12 +591,8 @@ PetscErrorCode SlipDiffusionView(SlipDiffusion d, PetscViewer viewer)
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(d->lambda, &pieces));
-  PetscCall(PetscViewerASCIIPrintf(viewer,
-                                   "Diffusion of fluid: %" PetscInt_FMT " sides, unknowns of the %s, %" PetscInt_FMT
-                                   " bodies of cells that sides join
-                                   ",
-                                   pieces,
-                                   d->other ? "cells" : "sides", d->sides.bodies.bodies));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "Diffusion of fluid: %d sides, unknowns of the %s, %d bodies\n", (int)pieces,
+                                   d->other ? "cells" : "sides", (int)d->sides.bodies.bodies));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   PetscCall(KSPView(d->ksp, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));
