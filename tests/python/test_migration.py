@@ -119,7 +119,7 @@ class Injections(PictureTest):
         self.assertEqual((point.begin, point.stop), (0, np.inf))
         self.assertEqual(migration.sources_of(Run(self.write())), [])
         self.put("wells.csv", CSV.replace("30,0,0", "30,0,7"))
-        with self.assertRaisesRegex(Error, "line 5: the well B has another radius or spread"):
+        with self.assertRaisesRegex(Error, "line 5: the well B .*: expected one place, radius and spread"):
             migration.sources_of(Run(self.path("run.h5")), self.path("wells.csv"))
 
     def test_distances(self):
