@@ -22,8 +22,8 @@
 #define LEAST_SHARE 0.05
 #define MOST_REJECTIONS 100
 #define SMALL_PRESSURE 1e-4 /* of the normal stress: errors below the tolerance of it do not matter */
-/* Of the error that the tolerance allows the solver leaves this share, so that runs on other numbers of processes differ
-   by 1e-6 of the largest pressure at most: steps follow errors, and carry on what is left */
+/* Of the error that the tolerance allows the solver leaves this share, so that runs on other numbers of processes
+   differ by 1e-6 of the largest pressure at most: steps follow errors, and carry on what is left */
 #define SOLVER_SHARE 1e-8
 
 /* ---- set-up ---- */
