@@ -141,7 +141,8 @@ OF_RESULT = {**dict.fromkeys(("accepted", "rejected", "solves", "explicit_attemp
              **dict.fromkeys(("cost", "cost_setup", "cost_output", "processor_time", "wall_time_setup",
                               "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m",
              "largest_opening": "m", "max_slip_rate": "m/s",
-             "least_normal_stress": "Pa", "largest_frequency": "rad/s"}
+             **dict.fromkeys(("injected_volume", "stored_volume", "leaked_volume", "border_volume"), "m^3"),
+             "least_normal_stress": "Pa", "largest_pressure": "Pa", "largest_frequency": "rad/s"}
 ERRORS = r"\w+_error(_\w+)?|check_error_\w+"  # and those of their errors
 RESERVED = ("run", "status", "folder", "error")  # columns of each table
 PLATES = ("slip_deficit", "coupling", "seismic_coupling", "seismic_share", "slow_slip_episodes", "slow_slip_duration")
