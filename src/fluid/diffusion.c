@@ -21,8 +21,7 @@
 /* A preconditioner serves other matrices up to this ratio of steps, and until a solve takes this many more iterations
    than the first one did, and twice as many */
 #define FLUID_SIMILAR 2.0
-enum { FLUID_ITERATIONS = 8 };
-enum { FLUID_PASSES = 8 };
+enum { FLUID_ITERATIONS = 8, FLUID_PASSES = 8 };
 
 struct _SlipDiffusion {
   MPI_Comm comm;
@@ -45,7 +44,7 @@ struct _SlipDiffusion {
   PetscReal made;       /* that of this step; 0: of none */
   PetscInt first, last; /* iterations of the first solve with it, -1: none; and of the last one */
   PetscInt *other;      /* [pieces of all n cells] the cell at the other side, -1: none; NULL: unknowns are sides */
-  char *prefix;         /* of the solver's options */
+  const char *prefix;   /* of the solver's options */
   Vec lambda, residual; /* of pieces, with ghosts */
   Vec right, step;      /* of the unknowns; of pieces with ghosts */
   Mat A;
@@ -159,7 +158,6 @@ PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[
   d->comm = mesh->comm;
   d->n = mesh->n;
   d->all = mesh->N;
-  PetscCall(PetscStrallocpy(prefix, &d->prefix));
   PetscCall(SlipFluidSidesCreate(mesh, &d->sides));
   entries = d->sides.offset[d->n];
   local = d->sides.owned + d->sides.ghosts;
@@ -183,8 +181,11 @@ PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[
     PetscCall(VecDuplicate(d->lambda, &d->step));
   PetscCall(KSPCreate(d->comm, &d->ksp));
   PetscCall(KSPSetOptionsPrefix(d->ksp, prefix));
+  PetscCall(KSPAppendOptionsPrefix(d->ksp, "fault_fluid_"));
+  PetscCall(KSPGetOptionsPrefix(d->ksp, &d->prefix));
   PetscCall(KSPSetOperators(d->ksp, d->A, d->A));
   PetscCall(KSPSetType(d->ksp, KSPCG));
+  PetscCall(KSPSetFromOptions(d->ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -203,7 +204,6 @@ PetscErrorCode SlipDiffusionDestroy(SlipDiffusion *out)
   PetscCall(PetscFree(d->other));
   PetscCall(PetscFree(d->cell));
   PetscCall(PetscFree(d->value));
-  PetscCall(PetscFree(d->prefix));
   PetscCall(PetscFree6(d->t, d->total, d->sum, d->held, d->flux, d->gathered));
   PetscCall(SlipFluidSidesDestroy(&d->sides));
   PetscCall(PetscFree(*out));

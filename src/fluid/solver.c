@@ -49,19 +49,13 @@ PetscErrorCode SlipFluidSolverChoose(KSP ksp, PetscInt cells, PetscReal step)
   factor = !small && size == 1 && cells <= FLUID_SMALL_MESH ? PETSC_TRUE : PETSC_FALSE;
   type = small && size == 1 ? PCICC : small ? PCBJACOBI : factor ? PCCHOLESKY : PCGAMG;
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, type, &same));
-  if (given) { /* once */
-    PetscCall(PCGetType(pc, &type));
-    same = type ? PETSC_TRUE : PETSC_FALSE;
-  }
-  if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!given) {
-    PetscCall(PCSetType(pc, type));
+  if (given || same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCSetType(pc, type));
 #if defined(PETSC_HAVE_SUITESPARSE)
-    if (factor) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+  if (factor) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
 #endif
-  }
   PetscCall(KSPSetFromOptions(ksp));
-  if (!given && small && size > 1) { /* whose blocks have ILU by default */
+  if (small && size > 1) { /* whose blocks have ILU by default */
     KSP *block;
     PC inner;
 

@@ -149,13 +149,16 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
   PetscOptions options = ((PetscObject)fault)->options;
-  char start[128];
+  static const char *const solvers[] = {"start", "fluid"};
+  char own[128];
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipExpandTimes(options));
-  PetscCall(PetscSNPrintf(start, sizeof(start), "%sfault_start_", prefix));
-  PetscCall(SlipCheckLinearOptions(fault->comm, options, start));
+  for (int i = 0; i < 2; i++) {
+    PetscCall(PetscSNPrintf(own, sizeof(own), "%sfault_%s_", prefix, solvers[i]));
+    PetscCall(SlipCheckLinearOptions(fault->comm, options, own));
+  }
   PetscObjectOptionsBegin((PetscObject)fault);
   for (PetscInt id = 0; SlipFaultRealRow(id); id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)

@@ -19,8 +19,8 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the values of a parameter in use: least, mean (by area) and largest of all cells, and their origin unless it
-   is the scalar of this name. */
+/* Prints the values of a parameter in use: least, mean (by area) and largest of all cells that have one, and their
+   origin unless it is the scalar of this name. */
 static PetscErrorCode ViewField(SlipFault fault, const char name[], const char unit[], const PetscReal x[],
                                 const char from[], PetscViewer viewer)
 {
@@ -29,6 +29,7 @@ static PetscErrorCode ViewField(SlipFault fault, const char name[], const char u
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    if (PetscIsNanReal(x[i])) continue;
     range[0] = PetscMin(range[0], x[i]);
     range[1] = PetscMin(range[1], -x[i]);
     sums[0] += fault->mesh.weight[i] * x[i];
@@ -36,7 +37,9 @@ static PetscErrorCode ViewField(SlipFault fault, const char name[], const char u
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, fault->comm));
-  if (range[0] == -range[1])
+  if (range[0] == PETSC_MAX_REAL)
+    (void)snprintf(text, sizeof(text), "none");
+  else if (range[0] == -range[1])
     (void)snprintf(text, sizeof(text), "%g", (double)range[0]);
   else
     (void)snprintf(text, sizeof(text), "least %g, mean %g, largest %g", (double)range[0], (double)(sums[0] / sums[1]),

@@ -371,16 +371,41 @@ PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises errors that name the option for invalid numbers of a KSP. options: the database, NULL for the global one;
-   prefix: of the KSP, NULL for none. Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, with the option and what
-   was expected. */
+/* Raises an error for a type that no library has registered. */
+static PetscErrorCode CheckType(const SlipUnread *u, const char option[], const char what[], PetscFunctionList list)
+{
+  const char *text = SlipUnreadValue(u, option);
+  void (*create)(void) = NULL;
+
+  PetscFunctionBegin;
+  if (text) PetscCall(PetscFunctionListFind(list, text, &create));
+  PetscCheck(!text || create, u->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "there is no type \"%s\" of %s (-%s%s)", text, what,
+             u->prefix ? u->prefix : "", option + 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks the types and numbers of a KSP. */
+static PetscErrorCode CheckLinear(const SlipUnread *u)
+{
+  PetscFunctionBegin;
+  PetscCall(KSPInitializePackage());
+  PetscCall(PCInitializePackage());
+  PetscCall(CheckType(u, "-ksp_type", "KSP", KSPList));
+  PetscCall(CheckType(u, "-pc_type", "PC", PCList));
+  PetscCall(SlipCheckNumbers(u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Raises errors that name the option for invalid types and numbers of a KSP. options: the database, NULL for the global one;
+   prefix: of the KSP, NULL for none. Errors: PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG or
+   PETSC_ERR_ARG_OUTOFRANGE, with the option and what was expected. */
 PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[])
 {
   SlipUnread u = {.comm = comm, .prefix = prefix};
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsLeftGet(options, &u.n, &u.names, &u.values));
-  PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));
+  PetscCall(CheckLinear(&u));
   PetscCall(PetscOptionsLeftRestore(options, &u.n, &u.names, &u.values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -403,13 +428,6 @@ PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const
 @*/
 PetscErrorCode SlipCheckSolverOptions(TS ts)
 {
-  const struct {
-    const char *option, *what;
-    PetscFunctionList *list;
-  } type[] = {{"-ts_type", "TS", &TSList},
-              {"-snes_type", "SNES", &SNESList},
-              {"-ksp_type", "KSP", &KSPList},
-              {"-pc_type", "PC", &PCList}};
   SlipUnread u;
   PetscOptions options;
   const char *text, *low, *high;
@@ -423,17 +441,9 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
   PetscCall(SlipCheckIntegers(u.comm, options));
   PetscCall(TSInitializePackage());
   PetscCall(SNESInitializePackage());
-  PetscCall(KSPInitializePackage());
-  PetscCall(PCInitializePackage());
   PetscCall(PetscOptionsLeftGet(options, &u.n, &u.names, &u.values));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(type); i++) {
-    void (*create)(void) = NULL;
-
-    text = SlipUnreadValue(&u, type[i].option);
-    if (text) PetscCall(PetscFunctionListFind(*type[i].list, text, &create));
-    PetscCheck(!text || create, u.comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "there is no type \"%s\" of %s (-%s%s)", text,
-               type[i].what, u.prefix ? u.prefix : "", type[i].option + 1);
-  }
+  PetscCall(CheckType(&u, "-ts_type", "TS", TSList));
+  PetscCall(CheckType(&u, "-snes_type", "SNES", SNESList));
   text = SlipUnreadValue(&u, "-ts_adapt_type");
   if (text) { /* an object checks it, because the list of types is private to PETSc */
     PetscErrorCode ierr;
@@ -450,7 +460,7 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
   }
   PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers), SlipSolverNumbers));
   PetscCall(SlipCheckLists(&u));
-  PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));
+  PetscCall(CheckLinear(&u));
   low = SlipUnreadValue(&u, "-ts_adapt_dt_min");
   high = SlipUnreadValue(&u, "-ts_adapt_dt_max");
   if (low && high) {

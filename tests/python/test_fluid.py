@@ -245,6 +245,19 @@ class Mass(FaultTest):
                 for key in ("last slip", "last pore_pressure"):
                     np.testing.assert_allclose(two[key], one[key], rtol=0, atol=1e-6 * abs(one[key]).max())
 
+    def test_solver(self):
+        """Options of the solver of the diffusion have a prefix; those of the stages' solver are not its. They change
+        a run by rounding, and are read before it."""
+        with self.assertRaisesRegex(AssertionError, "fault_fluid_pc_type"):
+            self.fault(*ANY, *GRID, *SMOOTH, *RATES, "-fault_fluid_pc_type", "no_such")
+        options = GRID + SMOOTH + RATES
+        usual = self.series(*options)["last pore_pressure"]
+        for own in ("jacobi", "cholesky"):
+            self.assertNotIn("-fault_fluid_pc_type", self.fault(*ANY, *options, "-fault_fluid_pc_type", own))
+            given = self.get("run.h5", "fields/pore_pressure")[-1]
+            np.testing.assert_allclose(given, usual, rtol=0, atol=1e-6 * abs(usual).max())
+            self.assertFalse(np.array_equal(given, usual))
+
     def test_pores(self):
         """Without flow pores that dilate are those of -fault_dilatancy with the storage of the fluid, whose pressure
         takes forever to flow away."""

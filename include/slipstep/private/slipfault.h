@@ -197,6 +197,17 @@ static inline PetscReal SlipFaultLength(SlipFault fault, const PetscReal x[])
   return fault->layout.components == 1 ? PetscAbsReal(x[0]) : hypot(x[0], x[1]);
 }
 
+/* The slip [components] of cell i in h seconds, from one displacement to another; these are relative to the far field,
+   whose rates are vinf [n][components]. Returns its length [m]. */
+static inline PetscReal SlipFaultSlipped(SlipFault fault, PetscInt i, PetscReal h, const PetscReal from[],
+                                         const PetscReal to[], const PetscReal vinf[], PetscReal slip[3])
+{
+  const PetscInt c = fault->layout.components;
+
+  for (PetscInt k = 0; k < c; k++) slip[k] = to[k] - from[k] + h * vinf[c * i + k];
+  return SlipFaultLength(fault, slip);
+}
+
 /* |v| of cell i in the state a, or of numbers in the place of v */
 static inline PetscReal SlipFaultSpeed(SlipFault fault, const PetscReal a[], PetscInt i)
 {

@@ -57,8 +57,8 @@ enum {
    curve, the normal stress without this fluid, beyond that of the loads, is extra and its rate; dilating pores take
    in the volume dilation t + swelling t^2 */
 typedef struct {
-  const PetscReal *speed, *curve, *extra, *extra_rate; /* [m/s], [m/s^2], [Pa], [Pa/s] */
-  const PetscReal *dilation, *swelling;                /* [m^3/s], [m^3/s^2] */
+  PetscReal *speed, *curve, *extra, *extra_rate; /* [n] [m/s], [m/s^2], [Pa], [Pa/s] */
+  PetscReal *dilation, *swelling;                /* [n] [m^3/s], [m^3/s^2] */
 } SlipFluidDrive;
 
 /* A way through steps of the diffusion, of which the last two are known: their ends, and the pressure within. Searches
@@ -106,7 +106,6 @@ typedef struct {
     PetscBool fresh;
     Vec cells;
   } past[2];              /* the history, in two slots as in slipelastic.h */
-  PetscReal *array[2][6]; /* [n] the members of the drive of either path */
   SlipFluidPath path[2];  /* by the drive as of the history; and by what happened */
   PetscBool computed;     /* the second one leads to this displacement of all cells at its end: */
   PetscReal *reached;     /* [n][components] [m] */

@@ -147,6 +147,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, V
 PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultViscosityPrint(SlipFault fault);
 PETSC_INTERN SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[]);
+PETSC_INTERN PetscReal SlipFaultFirstStateRate(SlipFault fault, PetscInt i, const PetscReal a[], PetscReal speed);
+PETSC_INTERN PetscReal SlipFaultFrictionChange(SlipFault fault, PetscInt i);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */

@@ -14,7 +14,7 @@ typedef struct {
                                     flows through them; NULL: through none */
 } SlipDiffusionCells;
 
-/* Collective. prefix: of the options of its KSP, "fault_fluid_" after that of the fault */
+/* Collective. prefix: of the fault; that of the options of its KSP has "fault_fluid_" behind it */
 PETSC_EXTERN PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[], SlipDiffusion *d);
 PETSC_EXTERN PetscErrorCode SlipDiffusionDestroy(SlipDiffusion *d);
 /* Sets coefficients; the matrix follows at the next solve. Setting equal ones, bit by bit on all processes, keeps the

@@ -25,6 +25,27 @@ SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[
                              .known = fault->friction.known};
 }
 
+/* Returns the rate of the first friction state of cell i in the state a [block n] at this slip rate. */
+PetscReal SlipFaultFirstStateRate(SlipFault fault, PetscInt i, const PetscReal a[], PetscReal speed)
+{
+  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
+  PetscReal rate[SLIP_MAX_STATES];
+
+  SlipFrictionStateRateOf(&friction, i, a + SlipFaultStateAt(fault, i), speed, rate);
+  return rate[0];
+}
+
+/* Returns by how much the friction of cell i changes in an event [Pa], beside which errors of pressure count: a or b
+   times the normal stress, or the drop that weakening makes. */
+PetscReal SlipFaultFrictionChange(SlipFault fault, PetscInt i)
+{
+  const PetscReal *const *cell = (const PetscReal *const *)fault->fields.cell;
+
+  return cell[FIELD_NORMAL_STRESS][i] * (fault->friction.law->always_slides
+                                           ? PetscMax(cell[FIELD_FRICTION_A][i], cell[FIELD_FRICTION_B][i])
+                                           : PetscMax(cell[FIELD_FRICTION_DROP][i], cell[FIELD_FRICTION_RESIDUAL][i]));
+}
+
 /* Finds whether the state follows normal stress; after the loads. */
 PetscErrorCode SlipFaultFollowSetUp(SlipFault fault)
 {

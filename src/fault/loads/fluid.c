@@ -54,7 +54,7 @@ static PetscErrorCode SetUpCells(SlipFault fault)
   SlipFaultFluid *f = &fault->fluid;
   const SlipFaultMesh *mesh = &fault->mesh;
   const PetscReal *const *cell = (const PetscReal *const *)fault->fields.cell;
-  PetscReal *border = f->work[FLUID_WORK_RIGHT], least = PETSC_MAX_REAL;
+  PetscReal least = PETSC_MAX_REAL;
   PetscBool open;
 
   PetscFunctionBegin;
@@ -68,13 +68,11 @@ static PetscErrorCode SetUpCells(SlipFault fault)
     f->source[i] = cell[FIELD_FLUID_SOURCE][i] * area;
     f->work[FLUID_WORK_ALONG][i] = cell[FIELD_PERMEABILITY][i] * f->unit[i];
     f->work[FLUID_WORK_DOWN][i] = f->work[FLUID_WORK_ALONG][i] * cell[FIELD_PERMEABILITY_RATIO][i];
-    border[i] = cell[FIELD_BORDER_PRESSURE][i];
-    if (open && PetscIsNanReal(border[i])) border[i] = 0;
+    f->border[i] = cell[FIELD_BORDER_PRESSURE][i];
+    if (open && PetscIsNanReal(f->border[i])) f->border[i] = 0;
     least = PetscMin(least, f->storage[i] / (4 * PetscMax(f->work[FLUID_WORK_ALONG][i], f->work[FLUID_WORK_DOWN][i])));
   }
   PetscCallMPI(MPI_Allreduce(&least, &f->first, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  PetscCall(PetscMalloc1(mesh->n + 1, &f->border));
-  PetscCall(PetscArraycpy(f->border, border, mesh->n));
   PetscCall(SlipDiffusionSet(f->diffusion, &(SlipDiffusionCells){.storage = f->storage,
                                                                  .along = f->work[FLUID_WORK_ALONG],
                                                                  .down = f->work[FLUID_WORK_DOWN],
@@ -115,18 +113,16 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
 {
   SlipFaultFluid *f = &fault->fluid;
   const PetscInt n = fault->mesh.n;
-  PetscInt any[2] = {0, 0}, row = PETSC_MAX_INT, dilates = 0;
+  PetscInt row = PETSC_MAX_INT, dilates = 0;
+  SlipFluidDrive *drive;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < n; i++) {
-    any[fault->fields.cell[FIELD_PERMEABILITY][i] > 0 ? 0 : 1] = 1;
-    if (fault->fields.cell[FIELD_PERMEABILITY][i] == 0) row = PetscMin(row, SlipFaultMeshRow(&fault->mesh, i));
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 2, MPIU_INT, MPI_MAX, fault->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
-  f->on = any[0] ? PETSC_TRUE : PETSC_FALSE;
+  f->on = fault->kind.flows;
   if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(!any[1], fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+  for (PetscInt i = 0; i < n; i++)
+    if (fault->fields.cell[FIELD_PERMEABILITY][i] == 0) row = PetscMin(row, SlipFaultMeshRow(&fault->mesh, i));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
+  PetscCheck(row == PETSC_MAX_INT, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "permeability is 0 in cell %" PetscInt_FMT ", expected more than 0 m^2 in all cells, or 0 in all", row);
   f->law = SlipPermeabilityFind(fault->options.text[FAULT_PERMEABILITY_LAW]);
   f->stressed = f->law->value ? PETSC_TRUE : PETSC_FALSE;
@@ -135,7 +131,7 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
   f->follows = f->law->evolve || (f->stressed && fault->kind.coupled) || f->dilates ? PETSC_TRUE : PETSC_FALSE;
   f->block = FLUID_DISPLACEMENT + fault->layout.components;
   for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscCalloc1(n + 1, &f->work[k]));
-  PetscCall(PetscCalloc4(n + 1, &f->storage, n + 1, &f->unit, n + 1, &f->leak, n + 1, &f->source));
+  PetscCall(PetscCalloc5(n + 1, &f->storage, n + 1, &f->unit, n + 1, &f->leak, n + 1, &f->source, n + 1, &f->border));
   for (int k = 0; k < 2; k++) {
     PetscCall(VecCreate(fault->comm, &f->past[k].cells));
     PetscCall(VecSetSizes(f->past[k].cells, f->block * n, PETSC_DETERMINE));
@@ -145,13 +141,9 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
     PetscCall(CreateNode(n, &f->path[k].to));
     PetscCall(PetscCalloc1(n + 1, &f->path[k].middle));
     PetscCall(PetscCalloc1(n + 1, &f->path[k].middle_before)); /* they change places */
-    for (int j = 0; j < 6; j++) PetscCall(PetscCalloc1(n + 1, &f->array[k][j]));
-    f->path[k].drive = (SlipFluidDrive){.speed = f->array[k][0],
-                                        .curve = f->array[k][1],
-                                        .extra = f->array[k][2],
-                                        .extra_rate = f->array[k][3],
-                                        .dilation = f->array[k][4],
-                                        .swelling = f->array[k][5]};
+    drive = &f->path[k].drive;
+    PetscCall(PetscCalloc6(n + 1, &drive->speed, n + 1, &drive->curve, n + 1, &drive->extra, n + 1, &drive->extra_rate,
+                           n + 1, &drive->dilation, n + 1, &drive->swelling));
   }
   PetscCall(PetscCalloc1(fault->layout.components * n + 1, &f->reached));
   PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->diffusion));
@@ -170,18 +162,19 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
   PetscCall(SlipDiffusionDestroy(&f->diffusion));
   PetscCall(SlipDiffusionDestroy(&f->shown));
   for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscFree(f->work[k]));
-  PetscCall(PetscFree4(f->storage, f->unit, f->leak, f->source));
-  PetscCall(PetscFree(f->border));
+  PetscCall(PetscFree5(f->storage, f->unit, f->leak, f->source, f->border));
   PetscCall(PetscFree(f->index));
   PetscCall(PetscFree(f->reached));
   for (int k = 0; k < 2; k++) {
     SlipFluidNode *const node[] = {&f->path[k].before, &f->path[k].from, &f->path[k].to};
+    SlipFluidDrive *drive = &f->path[k].drive;
 
     PetscCall(VecDestroy(&f->past[k].cells));
     for (int j = 0; j < 3; j++) PetscCall(PetscFree3(node[j]->pressure, node[j]->rate, node[j]->state));
     PetscCall(PetscFree(f->path[k].middle));
     PetscCall(PetscFree(f->path[k].middle_before));
-    for (int j = 0; j < 6; j++) PetscCall(PetscFree(f->array[k][j]));
+    PetscCall(
+      PetscFree6(drive->speed, drive->curve, drive->extra, drive->extra_rate, drive->dilation, drive->swelling));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -304,7 +297,7 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
     f->work[FLUID_WORK_PORES][i] = rate_of;
     pores += rate_of;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &pores, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (f->dilates) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &pores, 1, MPIU_REAL, MPIU_SUM, fault->comm));
   known = Expect(fault, path, h, y1, y2, guess);
   for (PetscInt i = 0; i < n; i++)
     size = SlipLarger(size, PetscMax(PetscAbsReal(p[i]), SMALL_PRESSURE * fault->fields.cell[FIELD_NORMAL_STRESS][i]));
@@ -315,9 +308,8 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
     PetscCall(SlipFluidPermeability(fault, path, from->time + h / 2, f->work[FLUID_WORK_STATE], guess,
                                     f->work[FLUID_WORK_ALONG]));
     PetscCall(SlipFluidSetOperator(fault, from->time));
-    for (PetscInt i = 0; i < n; i++) {
+    for (PetscInt i = 0; i < n; i++)
       b[i] = f->storage[i] * p[i] + own * (f->work[FLUID_WORK_INFLOW][i] - f->work[FLUID_WORK_PORES][i]);
-    }
     PetscCall(SlipDiffusionSolve(f->diffusion, own, b, y1));
     PetscCall(VolumeRates(fault, y1, rate[0]));
     for (PetscInt i = 0; i < n; i++) {
@@ -422,7 +414,7 @@ PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, 
 PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slot)
 {
   SlipFaultFluid *f = &fault->fluid;
-  const PetscInt k = path - f->path;
+  const SlipFluidDrive *drive = &path->drive;
   SlipFluidNode *from = &path->from;
   const PetscReal *a;
 
@@ -438,12 +430,11 @@ PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slo
     from->pressure[i] = b[FLUID_PRESSURE];
     from->rate[i] = b[FLUID_RATE];
     from->state[i] = b[FLUID_STATE];
-    f->array[k][0][i] = b[FLUID_SPEED];
-    f->array[k][1][i] = 0;
-    f->array[k][2][i] = b[FLUID_EXTRA];
-    f->array[k][3][i] = b[FLUID_EXTRA_RATE];
-    f->array[k][4][i] = SlipFaultFluidPores(fault, i) * b[FLUID_PSI_RATE];
-    f->array[k][5][i] = 0;
+    drive->speed[i] = b[FLUID_SPEED];
+    drive->extra[i] = b[FLUID_EXTRA];
+    drive->extra_rate[i] = b[FLUID_EXTRA_RATE];
+    drive->dilation[i] = SlipFaultFluidPores(fault, i) * b[FLUID_PSI_RATE];
+    drive->curve[i] = drive->swelling[i] = 0;
   }
   PetscCall(VecRestoreArrayRead(f->past[slot].cells, &a));
   path->slot = slot;

@@ -16,32 +16,11 @@ static const SlipFluidNode *EndOf(const SlipFluidPath *path)
   return path->stepped ? &path->to : &path->from;
 }
 
-/* The length of the slip of cell i in h seconds between two displacements [m] */
-static PetscReal Length(SlipFault fault, PetscInt i, PetscReal h, const PetscReal before[], const PetscReal after[],
-                        const PetscReal vinf[])
-{
-  const PetscInt c = fault->layout.components;
-  PetscReal slip[3];
-
-  for (PetscInt k = 0; k < c; k++) slip[k] = after[k] - before[k] + h * vinf[c * i + k];
-  return SlipFaultLength(fault, slip);
-}
-
 /* The pressure of cell i that is beside the fluid's in the state psi, h after the history: pores that dilate otherwise
    than at the rate of the start, without any flow [Pa] */
 PetscReal SlipFaultFluidUndrained(SlipFault fault, PetscInt i, PetscReal h, PetscReal change, PetscReal rate)
 {
   return -SlipFaultFluidPores(fault, i) * (change - h * rate) / fault->fluid.storage[i];
-}
-
-/* dpsi/dt of cell i in a state at this rate [1/s] */
-static PetscReal PsiRate(SlipFault fault, PetscInt i, const PetscReal a[], PetscReal speed)
-{
-  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
-  PetscReal rate[SLIP_MAX_STATES];
-
-  SlipFrictionStateRateOf(&friction, i, a + SlipFaultStateAt(fault, i), speed, rate);
-  return rate[0];
 }
 
 /* Computes the part of an effective normal stress at t that slip has made [n] [Pa], in work space of the fluid. */
@@ -87,11 +66,14 @@ static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscRe
     for (PetscInt i = 0; i < fault->mesh.n; i++) {
       const PetscReal *u = a + SlipFaultDisplacementAt(fault, i), *b = past + f->block * i;
 
-      f->array[1][1][i] = (Length(fault, i, h, b + FLUID_DISPLACEMENT, u, vinf) - b[FLUID_SPEED] * h) / (h * h);
-      if (extra) f->array[1][3][i] = (extra[i] - b[FLUID_EXTRA]) / h;
+      PetscReal way[3];
+
+      path->drive.curve[i] =
+        (SlipFaultSlipped(fault, i, h, b + FLUID_DISPLACEMENT, u, vinf, way) - b[FLUID_SPEED] * h) / (h * h);
+      if (extra) path->drive.extra_rate[i] = (extra[i] - b[FLUID_EXTRA]) / h;
       if (f->dilates)
-        f->array[1][5][i] = SlipFaultFluidPores(fault, i) *
-                            (a[SlipFaultStateAt(fault, i)] - b[FLUID_PSI] - h * b[FLUID_PSI_RATE]) / (h * h);
+        path->drive.swelling[i] = SlipFaultFluidPores(fault, i) *
+                                  (a[SlipFaultStateAt(fault, i)] - b[FLUID_PSI] - h * b[FLUID_PSI_RATE]) / (h * h);
       for (PetscInt k = 0; k < c; k++) f->reached[c * i + k] = u[k];
     }
     PetscCall(SlipFluidWalk(fault, path, t, PETSC_TRUE));
@@ -122,7 +104,7 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
     b[FLUID_SPEED] = SlipFaultSpeed(fault, a, i);
     if (f->dilates) {
       b[FLUID_PSI] = a[SlipFaultStateAt(fault, i)];
-      b[FLUID_PSI_RATE] = PsiRate(fault, i, a, b[FLUID_SPEED]);
+      b[FLUID_PSI_RATE] = SlipFaultFirstStateRate(fault, i, a, b[FLUID_SPEED]);
     }
     if (extra) {
       if (h > 0) b[FLUID_EXTRA_RATE] = (extra[i] - b[FLUID_EXTRA]) / h;
@@ -216,12 +198,11 @@ PetscErrorCode SlipFaultFluidVisit(SlipFault fault, SlipState state)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step is accurate enough if the error of pressure is at most rtol times the normal stress whose product with the
-   changes of friction in an event, a or b, or the drop that weakening makes, it is beside. */
+/* A step is accurate enough if the error of pressure, which exceeds that of friction, is at most rtol times the change
+   of friction in an event. */
 PetscErrorCode SlipFaultFluidError(SlipFault fault, PetscReal rtol, PetscReal t, Vec w, PetscReal *E)
 {
   SlipFaultFluid *f = &fault->fluid;
-  const PetscReal *const *cell = (const PetscReal *const *)fault->fields.cell;
   const PetscReal h = t - f->past[1].time, *a, *past;
   PetscReal *seen = f->work[FLUID_WORK_OWN], largest = 0;
 
@@ -233,10 +214,7 @@ PetscErrorCode SlipFaultFluidError(SlipFault fault, PetscReal rtol, PetscReal t,
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(f->past[1].cells, &past));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal change =
-      cell[FIELD_NORMAL_STRESS][i] * (fault->friction.law->always_slides
-                                        ? PetscMax(cell[FIELD_FRICTION_A][i], cell[FIELD_FRICTION_B][i])
-                                        : PetscMax(cell[FIELD_FRICTION_DROP][i], cell[FIELD_FRICTION_RESIDUAL][i]));
+    const PetscReal change = SlipFaultFrictionChange(fault, i);
 
     if (f->dilates) {
       const PetscReal *b = past + f->block * i;

@@ -16,7 +16,7 @@ PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
   const SlipParameter *p;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrncpy(names, "view stiffness_view start_ksp_* start_pc_*", len));
+  PetscCall(PetscStrncpy(names, "view stiffness_view start_ksp_* start_pc_* fluid_ksp_* fluid_pc_*", len));
   for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) PetscCall(AddName(names, len, " ", SlipFaultSwitches[i].name));
   for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) PetscCall(AddName(names, len, " ", SlipFaultStrings[i].name));
   for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++) PetscCall(AddName(names, len, " ", p->name));
@@ -24,7 +24,8 @@ PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
 }
 
 /* Declares the options of faults to SlipCheckOptionNames(): those of the tables, the others that
-   SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state. */
+   SlipFaultSetFromOptions() reads, and PETSc's for the solvers of the critical state and of pore
+   fluid. */
 PetscErrorCode SlipFaultDeclareOptions(void)
 {
   static char names[FAULT_MAX_NAMES], times[FAULT_MAX_NAMES];

@@ -166,8 +166,11 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_FLUID_PRESSURE] = {"fluid_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
                             "Fluid pressure at the start, in excess of that at which -fault_normal_stress is effective",
                             PROBLEM},
-  [FAULT_FLUID_TOLERANCE] = {"fluid_tolerance", (PetscReal)1e-3, "", 1e-12, (PetscReal)0.1, SHUT, REAL,
-                             "Relative error of fluid pressure in a step of the diffusion", PROBLEM},
+  [FAULT_FLUID_TOLERANCE] =
+    {"fluid_tolerance", (PetscReal)1e-3, "", 1e-12, (PetscReal)0.1, SHUT, REAL,
+     "Relative error of fluid pressure in a step of the diffusion, whose solver has the options "
+     "-fault_fluid_ksp_* and -fault_fluid_pc_*",
+     PROBLEM},
   [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
                                   "Relative excess of the critical start over the strength", PROBLEM},
   [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,

@@ -145,11 +145,9 @@ static PetscErrorCode End(SlipFault fault, const PetscReal **past)
 static PetscReal Slip(SlipFault fault, const PetscReal past[], const PetscReal vinf[], PetscInt i, const PetscReal u[],
                       PetscReal slip[3])
 {
-  const PetscInt c = fault->layout.components;
-  const PetscReal h = fault->zone.to - fault->zone.time[fault->zone.slot], *u0 = Past(fault, past, i);
+  const PetscReal h = fault->zone.to - fault->zone.time[fault->zone.slot];
 
-  for (PetscInt k = 0; k < c; k++) slip[k] = u[k] - u0[k] + h * vinf[c * i + k];
-  return SlipFaultLength(fault, slip);
+  return SlipFaultSlipped(fault, i, h, Past(fault, past, i), u, vinf, slip);
 }
 
 /* The pressure of cell i after this slip in the state psi: fixed + gain tau, tau: the shear stress at the end [Pa] */
@@ -275,16 +273,6 @@ PetscErrorCode SlipFaultZoneOfStage(SlipFault fault, Vec u0, const PetscReal v[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dpsi/dt of cell i in the state a [block n] at this rate [1/s] */
-static PetscReal PsiRate(SlipFault fault, PetscInt i, const PetscReal a[], PetscReal speed)
-{
-  const SlipFrictionCells friction = SlipFaultCellFriction(fault, NULL);
-  PetscReal rate[SLIP_MAX_STATES];
-
-  SlipFrictionStateRateOf(&friction, i, a + SlipFaultStateAt(fault, i), speed, rate);
-  return rate[0];
-}
-
 /* A step is accurate enough if the change of friction stress, at most that of pressure, is at most rtol times that by
    which friction changes: b sigma, or the drop that weakening makes. rate: slip rates at the end, NULL: those of w */
 PetscErrorCode SlipFaultZoneError(SlipFault fault, PetscReal rtol, PetscReal t, Vec w, Vec rate, PetscReal *E)
@@ -306,16 +294,14 @@ PetscErrorCode SlipFaultZoneError(SlipFault fault, PetscReal rtol, PetscReal t, 
     const PetscReal *b = Past(fault, past, i) + c;
     const PetscReal slip = Slip(fault, past, vinf, i, a + SlipFaultDisplacementAt(fault, i), way);
     const PetscReal speed = rate ? SlipFaultLength(fault, v + c * i) : SlipFaultSpeed(fault, a, i);
-    const PetscReal change =
-      cell[FIELD_NORMAL_STRESS][i] * (fault->friction.law->always_slides
-                                        ? PetscMax(cell[FIELD_FRICTION_A][i], cell[FIELD_FRICTION_B][i])
-                                        : PetscMax(cell[FIELD_FRICTION_DROP][i], cell[FIELD_FRICTION_RESIDUAL][i]));
+    const PetscReal change = SlipFaultFrictionChange(fault, i);
     PetscReal error =
       cell[FIELD_THERMAL_PRESSURISATION][i] * z->pressure.curve * (b[POWER] + b[STRESS] * (speed - 2 * slip / h));
 
     if (z->dilates && !fault->fluid.on)
-      error += cell[FIELD_DILATANCY][i] / z->storage * z->dilatancy.curve *
-               (b[PSI_RATE] + PsiRate(fault, i, a, speed) - 2 * (a[SlipFaultStateAt(fault, i)] - b[PSI]) / h);
+      error +=
+        cell[FIELD_DILATANCY][i] / z->storage * z->dilatancy.curve *
+        (b[PSI_RATE] + SlipFaultFirstStateRate(fault, i, a, speed) - 2 * (a[SlipFaultStateAt(fault, i)] - b[PSI]) / h);
 
     if (change > 0) largest = SlipLarger(largest, PetscAbsReal(error) / change);
   }
@@ -365,7 +351,7 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const SlipFricti
     b[c + STRESS] = tau;
     b[c + POWER] = tau * speed;
     b[c + PSI] = *s;
-    b[c + PSI_RATE] = z->dilates ? PsiRate(fault, i, a, speed) : 0;
+    b[c + PSI_RATE] = z->dilates ? SlipFaultFirstStateRate(fault, i, a, speed) : 0;
   }
   PetscCall(VecRestoreArray(z->past[1], &to));
   PetscCall(VecRestoreArrayRead(fault->operators.vinf, &vinf));
