@@ -396,8 +396,8 @@ static PetscErrorCode CheckLinear(const SlipUnread *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises errors that name the option for invalid types and numbers of a KSP. options: the database, NULL for the global one;
-   prefix: of the KSP, NULL for none. Errors: PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG or
+/* Raises errors that name the option for invalid types and numbers of a KSP. options: the database, NULL for the global
+   one; prefix: of the KSP, NULL for none. Errors: PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_WRONG or
    PETSC_ERR_ARG_OUTOFRANGE, with the option and what was expected. */
 PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[])
 {

@@ -258,6 +258,12 @@ class Mass(FaultTest):
             np.testing.assert_allclose(given, usual, rtol=0, atol=1e-6 * abs(usual).max())
             self.assertFalse(np.array_equal(given, usual))
 
+    def test_short_run(self):
+        """A run that ends before its wells do says so."""
+        said = "the run ends at 3600 s (-ts_max_time), before the last change of -fault_wells"
+        self.assertIn(said, self.fault(*ANY, *GRID, *SMOOTH, *RATES, "-ts_max_time", "1h"))
+        self.assertNotIn("the run ends at", self.fault(*ANY, *GRID, *SMOOTH, *RATES))
+
     def test_pores(self):
         """Without flow pores that dilate are those of -fault_dilatancy with the storage of the fluid, whose pressure
         takes forever to flow away."""

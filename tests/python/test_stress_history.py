@@ -51,7 +51,7 @@ class StressHistory(ScriptTest):
         """The same numbers to rounding, by every kind of step, and in the file's either form."""
         pressure = np.array([0, 2e7, 4e7])
         self.hdf5("pressure.h5", time=[0.0, 50, 100], pressure=np.multiply.outer(pressure, np.ones((2, 3))))
-        self.put("stress.csv", "time,normal\n0,0\n50,-2e7\n100,-4e7\n")
+        self.put("stress.csv", "# of a spreadsheet\n\"time\", normal\r\n0,0\r\n\r\n50,-2e7\n100,-4e7\n")
         self.history(a={"time": [0.0, 50, 100], "course": [0, 0.5, 1.0], "normal": np.full((2, 3), -4e7)})
         for steps in ("-fault_inertia no", "-fault_inertia yes", "-fault_inertia no -ts_type rkc"):
             found = []
@@ -144,10 +144,11 @@ class StressHistory(ScriptTest):
 
     def test_bad_input(self):
         good = {"time": [0, 1.0], "course": [0, 1.0], "shear": 1e6}
-        lines = {"times,shear\n0,1\n": "line 1: \"times,shear\", expected time,shear,normal",
-                 "time\n0\n": "line 1", "time,shear\n0,1\n1\n": "line 3: \"1\", expected 2 numbers",
+        lines = {"times,shear\n0,1\n": "line 1: expected time,shear,normal",
+                 "time\n0\n": "line 1", "time,shear\n0,1\n1\n": "line 3: expected 2 finite numbers",
                  "time,shear\n": "has no times", "time,normal\n1,0\n1,0\n": "normal: time[1] is 1 s",
-                 "time,shear\n0,nan\n": "course[0] is nan"}
+                 "time,shear\n0,nan\n": "line 2: expected 2 finite numbers",
+                 "time,shear\n0,1" + 300 * "0" + "x\n": "line 2"}
         for text, words in lines.items():
             self.put("bad.csv", text)
             self.refused(["-fault_stress_history", "bad.csv"], words)

@@ -46,6 +46,20 @@ PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char na
 /* data: address of a pointer, borrowed; NULL if there are no data of that name */
 PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data);
 
+/* ---- csv.c: a table of words, read by one process, line by line ---- */
+enum { SLIP_CSV_WORDS = 16 };
+typedef struct {
+  char name[PETSC_MAX_PATH_LEN + 64]; /* of the file and its option, for messages */
+  char *text, *at;
+  PetscInt number; /* of the line */
+  int words;       /* in it; of those beyond SLIP_CSV_WORDS only the count */
+  char *word[SLIP_CSV_WORDS];
+} SlipCsv;
+PETSC_INTERN PetscErrorCode SlipCsvOpen(const char file[], const char prefix[], const char option[], SlipCsv *csv);
+PETSC_INTERN PetscErrorCode SlipCsvClose(SlipCsv *csv);
+PETSC_INTERN PetscBool SlipCsvNext(SlipCsv *csv);
+PETSC_INTERN PetscBool SlipCsvNumber(const char word[], PetscReal *x);
+
 /* ---- shared.c: arrays that the processes of a machine hold once ---- */
 PETSC_EXTERN PetscErrorCode SlipSharedCreate(MPI_Comm comm, SlipShared *shared);
 PETSC_EXTERN PetscErrorCode SlipSharedDestroy(SlipShared *shared);

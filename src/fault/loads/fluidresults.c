@@ -52,22 +52,32 @@ static PetscErrorCode FluidCreate(SlipFault fault, TS ts, PetscBool *wanted, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FluidStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+static PetscErrorCode FluidStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   PetscReal *highest = (PetscReal *)ctx, *p = fault->fluid.work[FLUID_WORK_OWN];
 
   PetscFunctionBegin;
-  (void)ts, (void)w;
+  (void)ts, (void)step, (void)w;
   PetscCall(SlipFluidPressureAt(fault, time, p));
   for (PetscInt i = 0; i < fault->mesh.n; i++) *highest = PetscMax(*highest, p[i]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FluidStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+/* Warns of wells that change after the run. */
+static PetscErrorCode FluidStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
+  PetscReal last = 0, end;
+  PetscMPIInt rank;
+
   PetscFunctionBegin;
-  (void)step;
-  PetscCall(FluidStart(fault, ts, time, w, ctx));
+  PetscCall(FluidStep(fault, ts, 0, time, w, ctx));
+  for (PetscInt k = 0; k < fault->loads.nwells; k++)
+    last = PetscMax(last, fault->loads.wells[k].time[fault->loads.wells[k].rows - 1]);
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (last > end && !rank && fault->options.reports)
+    PetscCall(SlipWarning("the run ends at %.6g s (-ts_max_time), before the last change of -fault_wells, at %.6g s",
+                          (double)end, (double)last));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,9 +1,7 @@
 /* Reads the stresses in time of -fault_stress_history: from HDF5, a group each, or from CSV, uniform ones. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
-#include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -84,62 +82,48 @@ static PetscErrorCode ReadGroups(SlipFault fault, SlipH5 *h, PetscInt *n, SlipSt
 
 /* ---- CSV ---- */
 
-enum { TIME, SHEAR, NORMAL, COLUMNS, LONGEST_LINE = 256 };
+enum { TIME, SHEAR, NORMAL, COLUMNS };
 static const char *const Columns[COLUMNS] = {"time", "shear", "normal"};
 
 typedef struct {
-  const char *name, *prefix;
+  SlipCsv csv;
   int place[COLUMNS]; /* of each column in a line, -1: none */
   int count;          /* of columns */
   PetscInt rows, room;
   PetscReal *of[COLUMNS];
 } Table;
 
-static PetscErrorCode ReadHeader(Table *table, char line[])
+static PetscErrorCode ReadHeader(Table *table)
 {
-  char **word;
   PetscBool good = PETSC_TRUE;
 
   PetscFunctionBegin;
+  table->count = table->csv.words;
   for (int k = 0; k < COLUMNS; k++) table->place[k] = -1;
-  line[strcspn(line, "\r\n")] = '\0';
-  PetscCall(PetscStrToArray(line, ',', &table->count, &word));
-  for (int i = 0; i < table->count; i++) {
-    PetscBool known = PETSC_FALSE;
+  for (int i = 0; i < table->count && good; i++) {
+    int k = 0;
 
-    for (int k = 0; k < COLUMNS; k++)
-      if (!strcmp(word[i] + strspn(word[i], " "), Columns[k]) && table->place[k] < 0) {
-        table->place[k] = i;
-        known = PETSC_TRUE;
-      }
-    good = good && known ? PETSC_TRUE : PETSC_FALSE;
+    while (i < SLIP_CSV_WORDS && k < COLUMNS && strcmp(table->csv.word[i], Columns[k])) k++;
+    good = k < COLUMNS && table->place[k] < 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (good) table->place[k] = i;
   }
-  PetscCall(PetscStrToArrayDestroy(table->count, word));
   PetscCheck(good && table->place[TIME] >= 0 && table->count > 1, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-%sfault_stress_history), line 1: \"%.60s\", expected time,shear,normal, or one of shear and normal",
-             table->name, table->prefix, line);
+             "%s, line %" PetscInt_FMT ": expected time,shear,normal, or one of shear and normal", table->csv.name,
+             table->csv.number);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Adds the numbers of a line, as many as there are columns. */
-static PetscErrorCode ReadRow(Table *table, PetscInt number, char line[])
+static PetscErrorCode ReadRow(Table *table)
 {
   PetscReal value[COLUMNS] = {0};
-  char *end = line;
-  PetscBool good = PETSC_TRUE;
+  PetscBool good = table->csv.words == table->count ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
-  line[strcspn(line, "\r\n")] = '\0';
-  for (int i = 0; i < table->count && good; i++) {
-    const char *c = end + (i && *end == ',');
-
-    value[i] = (PetscReal)strtod(c, &end);
-    good = end > c && *end == (i + 1 < table->count ? ',' : '\0') ? PETSC_TRUE : PETSC_FALSE;
-  }
+  for (int i = 0; i < table->count && good; i++) good = SlipCsvNumber(table->csv.word[i], &value[i]);
   PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-%sfault_stress_history), line %" PetscInt_FMT
-             ": \"%.60s\", expected %d numbers, separated by commas, of s and Pa",
-             table->name, table->prefix, number, line, table->count);
+             "%s, line %" PetscInt_FMT ": expected %d finite numbers, separated by commas, of s and Pa",
+             table->csv.name, table->csv.number, table->count);
   if (table->rows == table->room) {
     table->room = 2 * table->room + 64;
     for (int k = 0; k < COLUMNS; k++) PetscCall(PetscRealloc(sizeof(PetscReal) * (size_t)table->room, &table->of[k]));
@@ -149,42 +133,39 @@ static PetscErrorCode ReadRow(Table *table, PetscInt number, char line[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadLines(Table *table, FILE *file)
+static PetscErrorCode ReadLines(Table *table)
 {
-  char line[LONGEST_LINE];
+  PetscBool first = PETSC_TRUE;
 
   PetscFunctionBegin;
-  for (PetscInt number = 1; fgets(line, LONGEST_LINE, file); number++)
-    if (number == 1)
-      PetscCall(ReadHeader(table, line));
-    else if (line[strspn(line, " \r\n")])
-      PetscCall(ReadRow(table, number, line));
+  for (; SlipCsvNext(&table->csv); first = PETSC_FALSE)
+    if (first)
+      PetscCall(ReadHeader(table));
+    else
+      PetscCall(ReadRow(table));
   PetscCheck(table->rows, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-%sfault_stress_history) has no times, expected a line time,shear,normal, and numbers below it",
-             table->name, table->prefix);
+             "%s has no times, expected a line time,shear,normal, and numbers below it", table->csv.name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Reads a table, whose columns are the courses of two records of 1 Pa. */
 static PetscErrorCode ReadTable(SlipFault fault, const char name[], PetscInt *n, SlipStressRecord **records)
 {
-  Table table = {.name = name, .prefix = SlipFaultPrefix(fault)};
-  FILE *file = fopen(name, "r");
+  Table table = {.rows = 0};
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
-  PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (-%sfault_stress_history) cannot be read: %s", name,
-             SlipFaultPrefix(fault), strerror(errno));
-  ierr = ReadLines(&table, file);
-  (void)fclose(file);
+  PetscCall(SlipCsvOpen(name, SlipFaultPrefix(fault), "fault_stress_history", &table.csv));
+  ierr = ReadLines(&table);
+  PetscCall(SlipCsvClose(&table.csv));
   if (!ierr) PetscCall(PetscCalloc1(2, records));
   for (int k = SHEAR; k < COLUMNS && !ierr; k++) {
     SlipStressRecord *record = &(*records)[*n];
-    char text[PETSC_MAX_PATH_LEN + 64];
+    char text[sizeof(table.csv.name) + 16];
 
     if (table.place[k] < 0) continue;
     ++*n;
-    (void)snprintf(text, sizeof(text), "%s (-%sfault_stress_history), %s", name, SlipFaultPrefix(fault), Columns[k]);
+    (void)snprintf(text, sizeof(text), "%s, %s", table.csv.name, Columns[k]);
     PetscCall(PetscStrallocpy(text, &record->name));
     record->rows = table.rows;
     PetscCall(PetscMalloc1(table.rows, &record->times));

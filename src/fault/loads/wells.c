@@ -3,98 +3,11 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/rooms/slipsys.h>
-#include <errno.h>
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-/* ---- the lines of a CSV file ---- */
-
-enum { MOST_WORDS = 16 };
-typedef struct {
-  const char *file, *prefix;
-  char *at;        /* the next line */
-  PetscInt number; /* of this line */
-  int words;       /* in it; of those beyond MOST_WORDS only the count */
-  char *word[MOST_WORDS];
-} Lines;
-
-static char *Strip(char word[])
-{
-  static const char space[] = " \t\r\n\f\v";
-  size_t n;
-
-  word += strspn(word, space);
-  for (n = strlen(word); n && strchr(space, word[n - 1]); n--) word[n - 1] = '\0';
-  return word;
-}
-
-/* Finds the words of the next line, in place, where a word may be in quotation marks; false after the last line. */
-static PetscBool NextLine(Lines *l)
-{
-  char *out = l->at, *begin = out;
-  const char *c = l->at;
-  PetscBool quoted = PETSC_FALSE;
-
-  if (!*c) return PETSC_FALSE;
-  l->words = 0;
-  l->number++;
-  for (PetscBool more = PETSC_TRUE; more; c++) {
-    const PetscBool newline = *c == '\n' || *c == '\r' ? PETSC_TRUE : PETSC_FALSE;
-
-    if (*c && *c == '"' && quoted && c[1] == '"')
-      *out++ = *c++;
-    else if (*c == '"' && (quoted || out == begin))
-      quoted = !quoted;
-    else if (*c && (quoted || (*c != ',' && !newline)))
-      *out++ = *c;
-    else {
-      more = *c == ',' ? PETSC_TRUE : PETSC_FALSE;
-      l->at = (char *)c + (*c == '\r' && c[1] == '\n') + (*c != '\0');
-      *out++ = '\0';
-      if (l->words < MOST_WORDS) l->word[l->words] = Strip(begin);
-      l->words++;
-      begin = out;
-    }
-  }
-  return PETSC_TRUE;
-}
-
-/* Finds the next line that is neither blank nor a comment. */
-static PetscBool NextRow(Lines *l)
-{
-  while (NextLine(l)) {
-    PetscBool any = l->words > MOST_WORDS ? PETSC_TRUE : PETSC_FALSE;
-
-    for (int k = 0; k < PetscMin(l->words, MOST_WORDS); k++) any = any || l->word[k][0] ? PETSC_TRUE : PETSC_FALSE;
-    if (any && l->word[0][0] != '#') return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
-}
-
-/* A finite decimal number and nothing else, which `slipstep wells` reads alike */
-static PetscBool IsNumber(const char word[], PetscReal *x)
-{
-  char *end;
-
-  *x = (PetscReal)strtod(word, &end);
-  return end > word && !*end && strspn(word, "0123456789.eE+-") == strlen(word) && isfinite(*x) ? PETSC_TRUE
-                                                                                                : PETSC_FALSE;
-}
-
-/* Bytes of UTF-8 that a program can print */
-static PetscBool IsText(const char text[])
-{
-  int follow = 0;
-
-  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-    if ((*c & 0xc0) == 0x80 ? follow-- <= 0 : follow > 0) return PETSC_FALSE;
-    if (*c >= 0xc0) follow = *c >= 0xf0 ? 3 : *c >= 0xe0 ? 2 : 1;
-  }
-  return follow ? PETSC_FALSE : PETSC_TRUE;
-}
+/* ---- the file ---- */
 
 static PetscBool IsName(const char word[])
 {
@@ -102,8 +15,6 @@ static PetscBool IsName(const char word[])
     if ((unsigned char)*c < 32 || *c == 127) return PETSC_FALSE;
   return *word ? PETSC_TRUE : PETSC_FALSE;
 }
-
-/* ---- the file ---- */
 
 enum { NAME, X, Y, Z, TIME, VALUE, RADIUS, SPREAD, KINDS };
 static const struct {
@@ -119,7 +30,7 @@ static const struct {
   {"Pa", VALUE, 1, PETSC_TRUE},    {"MPa", VALUE, 1e6, PETSC_TRUE}};
 
 typedef struct {
-  Lines lines;
+  SlipCsv csv;
   int column[KINDS]; /* word of each kind; -1: none */
   PetscReal unit[KINDS];
   PetscBool pressure;
@@ -127,23 +38,23 @@ typedef struct {
   SlipFaultWell *well;
 } Table;
 
-#define AT "%s (-%sfault_wells), line %" PetscInt_FMT
-#define PLACE(t) (t)->lines.file, (t)->lines.prefix, (t)->lines.number
+#define AT "%s, line %" PetscInt_FMT
+#define PLACE(t) (t)->csv.name, (t)->csv.number
 
 static PetscErrorCode ReadHead(Table *t)
 {
-  const int words = t->lines.words;
-  PetscBool good = words <= MOST_WORDS ? PETSC_TRUE : PETSC_FALSE;
+  const int words = t->csv.words;
+  PetscBool good = words <= SLIP_CSV_WORDS ? PETSC_TRUE : PETSC_FALSE;
   char head[128] = "";
 
   PetscFunctionBegin;
   for (int k = 0; k < KINDS; k++) t->column[k] = -1;
-  for (int i = 0; i < PetscMin(words, MOST_WORDS); i++) {
+  for (int i = 0; i < PetscMin(words, SLIP_CSV_WORDS); i++) {
     size_t k = 0;
 
-    while (k < PETSC_STATIC_ARRAY_LENGTH(Columns) && strcmp(t->lines.word[i], Columns[k].name)) k++;
+    while (k < PETSC_STATIC_ARRAY_LENGTH(Columns) && strcmp(t->csv.word[i], Columns[k].name)) k++;
     PetscCall(PetscStrlcat(head, i ? "," : "", sizeof(head)));
-    PetscCall(PetscStrlcat(head, t->lines.word[i], sizeof(head)));
+    PetscCall(PetscStrlcat(head, t->csv.word[i], sizeof(head)));
     good = good && k < PETSC_STATIC_ARRAY_LENGTH(Columns) && t->column[Columns[k].kind] < 0 ? PETSC_TRUE : PETSC_FALSE;
     if (!good) continue;
     t->column[Columns[k].kind] = i;
@@ -178,17 +89,17 @@ static PetscErrorCode FindWell(Table *t, const char name[], SlipFaultWell **well
 static PetscErrorCode ReadRow(Table *t)
 {
   PetscReal x[KINDS] = {[Y] = (PetscReal)NAN, [RADIUS] = (PetscReal)0.1};
-  PetscBool good = t->lines.words <= MOST_WORDS && IsName(t->lines.word[t->column[NAME]]) ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool good = t->csv.words <= SLIP_CSV_WORDS && IsName(t->csv.word[t->column[NAME]]) ? PETSC_TRUE : PETSC_FALSE;
   PetscBool added = PETSC_FALSE, moved = PETSC_FALSE;
   SlipFaultWell *well;
   int columns = 0;
 
   PetscFunctionBegin;
   for (int k = 0; k < KINDS; k++) columns += t->column[k] >= 0;
-  good = good && t->lines.words == columns ? PETSC_TRUE : PETSC_FALSE;
+  good = good && t->csv.words == columns ? PETSC_TRUE : PETSC_FALSE;
   for (int k = X; k < KINDS && good; k++) {
     if (t->column[k] < 0) continue;
-    good = IsNumber(t->lines.word[t->column[k]], &x[k]);
+    good = SlipCsvNumber(t->csv.word[t->column[k]], &x[k]);
     x[k] *= t->unit[k];
   }
   PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
@@ -197,7 +108,7 @@ static PetscErrorCode ReadRow(Table *t)
              PETSC_ERR_FILE_UNEXPECTED, AT ": radius is %g m and spread %g m, expected a radius > 0 and a spread %s",
              PLACE(t), (double)x[RADIUS], (double)x[SPREAD],
              t->pressure ? "0, as a pressure is held in the well" : ">= 0");
-  PetscCall(FindWell(t, t->lines.word[t->column[NAME]], &well, &added));
+  PetscCall(FindWell(t, t->csv.word[t->column[NAME]], &well, &added));
   if (added) {
     PetscCall(PetscArraycpy(well->place, x + X, 3));
     well->radius = x[RADIUS];
@@ -221,52 +132,19 @@ static PetscErrorCode ReadRow(Table *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadText(Table *t, size_t length)
+/* Reads the file on one process; the caller frees the wells of the table also after an error. */
+static PetscErrorCode ReadFile(SlipFault fault, Table *t)
 {
-  const unsigned char *mark = (const unsigned char *)t->lines.at;
+  PetscErrorCode ierr = PETSC_SUCCESS;
   PetscBool first = PETSC_TRUE;
 
   PetscFunctionBegin;
-  PetscCheck(strlen(t->lines.at) == length && IsText(t->lines.at), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-%sfault_wells) is no text in UTF-8, expected lines of words, separated by commas", t->lines.file,
-             t->lines.prefix);
-  if (mark[0] == 0xef && mark[1] == 0xbb && mark[2] == 0xbf) t->lines.at += 3; /* the byte order mark of spreadsheets */
-  for (; NextRow(&t->lines); first = PETSC_FALSE)
-    if (first)
-      PetscCall(ReadHead(t));
-    else
-      PetscCall(ReadRow(t));
-  PetscCheck(t->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s (-%sfault_wells) has no rows, expected a line of names and a line for each change of a well",
-             t->lines.file, t->lines.prefix);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Reads the file on one process; the caller frees the wells of the table also after an error. */
-static PetscErrorCode ReadFile(Table *t)
-{
-  FILE *file = fopen(t->lines.file, "rb");
-  char *text = NULL;
-  size_t length = 0, got = 1;
-  PetscErrorCode ierr;
-
-  PetscFunctionBegin;
-  PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (-%sfault_wells) cannot be read: %s", t->lines.file,
-             t->lines.prefix, strerror(errno));
-  while (got) {
-    PetscCall(PetscRealloc(length + 65537, &text));
-    got = fread(text + length, 1, 65536, file);
-    length += got;
-  }
-  text[length] = '\0';
-  ierr = ferror(file) ? PETSC_ERR_FILE_READ : PETSC_SUCCESS;
-  (void)fclose(file);
-  t->lines.at = text;
-  if (!ierr) ierr = ReadText(t, length);
-  PetscCall(PetscFree(text));
-  PetscCheck(ierr != PETSC_ERR_FILE_READ, PETSC_COMM_SELF, ierr, "%s (-%sfault_wells) cannot be read", t->lines.file,
-             t->lines.prefix);
+  PetscCall(SlipCsvOpen(fault->options.text[FAULT_WELLS], SlipFaultPrefix(fault), "fault_wells", &t->csv));
+  for (; !ierr && SlipCsvNext(&t->csv); first = PETSC_FALSE) ierr = first ? ReadHead(t) : ReadRow(t);
+  PetscCall(SlipCsvClose(&t->csv));
   PetscCall(ierr);
+  PetscCheck(t->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has no rows, expected a line of names and a line for each change of a well", t->csv.name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -411,14 +289,14 @@ static PetscErrorCode DestroyWell(SlipFaultWell *well)
 PetscErrorCode SlipFaultWellsSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
-  Table t = {.lines = {.file = fault->options.text[FAULT_WELLS], .prefix = SlipFaultPrefix(fault)}};
+  Table t = {.n = 0};
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  if (!t.lines.file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->options.text[FAULT_WELLS][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!rank) ierr = ReadFile(&t);
+  if (!rank) ierr = ReadFile(fault, &t);
   loads->nwells = t.n;
   loads->wells = t.well; /* destroyed with the fault, also after an error */
   PetscCall(SlipErrorBcast(fault->comm, ierr));
