@@ -63,7 +63,7 @@ static inline PetscErrorCode FluidCreate(MPI_Comm comm, const char file[], const
                                          const FluidRock *rock, Fluid *f)
 {
   PetscCall(FluidMesh(comm, file, extent, &f->mesh));
-  PetscCall(SlipDiffusionCreate(&f->mesh, "fault_fluid_", &f->d));
+  PetscCall(SlipDiffusionCreate(&f->mesh, "", &f->d));
   PetscCall(PetscCalloc4(f->mesh.n, &f->storage, f->mesh.n, &f->source, f->mesh.n, &f->p, 2 * f->mesh.n, &f->work));
   return FluidSet(f, rock);
 }

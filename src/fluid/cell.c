@@ -39,8 +39,9 @@ void SlipFluidCellShape(const SlipFaultCell *from, SlipFluidCell *c)
 }
 
 /* Gradients of the barycentric coordinates of a triangle [3][2]; returns its area */
-static PetscReal Gradients(const PetscReal x[3][2], PetscReal g[3][2])
+static PetscReal Gradients(const SlipFluidCell *c, PetscReal g[3][2])
 {
+  const PetscReal(*const x)[2] = c->corner;
   const PetscReal twice =
     (x[1][0] - x[0][0]) * (x[2][1] - x[0][1]) - (x[1][1] - x[0][1]) * (x[2][0] - x[0][0]); /* and the sense */
 
@@ -53,19 +54,24 @@ static PetscReal Gradients(const PetscReal x[3][2], PetscReal g[3][2])
   return 0.5 * PetscAbsReal(twice);
 }
 
-PetscReal SlipFluidCellWeights(const SlipFluidCell *c, const SlipFluidPieces *p)
+PetscReal SlipFluidCellWeights(SlipFluidCell *c, const SlipFluidPieces *p)
 {
   PetscReal *t = p->t;
   PetscReal total = 0;
 
   if (c->corners == 3) {
-    PetscReal g[3][2], square[2] = {0, 0}, area = Gradients(c->corner, g);
+    PetscReal g[3][2], square[2] = {0, 0}, area = Gradients(c, g);
 
     for (int k = 0; k < 3; k++)
       for (int i = 0; i < 2; i++) square[i] += PetscSqr(c->corner[k][i]);
     square[0] = c->down * square[0] + c->along * square[1];
     t[0] = square[0] > 0 ? 16 * area * c->along * c->down / square[0] : 0; /* 4 A/(3 s) */
     t[1] = t[2] = t[0];
+    for (int k = 0; k < 3; k++) {
+      const PetscReal *a = g[(k + 1) % 3], *b = g[(k + 2) % 3];
+
+      c->couple[k] = 4 * area * (a[0] * c->along * b[0] + a[1] * c->down * b[1]);
+    }
     return 3 * t[0];
   }
   for (PetscInt k = 0; k < p->n; k++) {
@@ -117,13 +123,16 @@ void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPi
   const PetscReal kept = c->storage + dt * c->sink, whole = kept + dt * total;
   const PetscInt n = p->n;
 
-  if (c->corners == 3) {
-    PetscReal g[3][2], area = Gradients(c->corner, g);
+  if (c->corners == 3) { /* rows of the second part add up to zero */
+    const PetscReal all = p->t[0] * kept / (3 * whole);
 
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 3; j++)
-        m[3 * i + j] =
-          dt * (p->t[0] * kept / (3 * whole) + 4 * area * (g[i][0] * c->along * g[j][0] + g[i][1] * c->down * g[j][1]));
+    for (int i = 0; i < 3; i++) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+
+      m[3 * i + i] = dt * (all - c->couple[j] - c->couple[k]);
+      m[3 * i + j] = dt * (all + c->couple[k]);
+      m[3 * i + k] = dt * (all + c->couple[j]);
+    }
     return;
   }
   if (n > 4) {
@@ -151,13 +160,11 @@ void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPieces *p, PetscRe
                        PetscReal flux[])
 {
   if (c->corners == 3) {
-    const PetscReal mean = (lambda[0] + lambda[1] + lambda[2]) / 3;
-    PetscReal g[3][2], slope[2] = {0, 0}, area = Gradients(c->corner, g);
+    const PetscReal all = p->t[0] * (y - (lambda[0] + lambda[1] + lambda[2]) / 3);
+    const PetscReal x[] = {c->couple[0] * (lambda[2] - lambda[1]), c->couple[1] * (lambda[0] - lambda[2]),
+                           c->couple[2] * (lambda[1] - lambda[0])};
 
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 2; j++) slope[j] += g[i][j] * (lambda[i] - mean);
-    for (int i = 0; i < 3; i++)
-      flux[i] = p->t[0] * (y - mean) - 4 * area * (g[i][0] * c->along * slope[0] + g[i][1] * c->down * slope[1]);
+    for (int i = 0; i < 3; i++) flux[i] = all - x[(i + 2) % 3] + x[(i + 1) % 3];
     return;
   }
   if (p->n > 4) Product(c, p, lambda, -y, flux);
@@ -167,7 +174,7 @@ void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPieces *p, PetscRe
 void SlipFluidCellCentre(const SlipFluidCell *c, const SlipFluidPieces *p, const PetscReal flux[], PetscReal centre[2])
 {
   PetscReal g[3][2], normal[2], middle[2], begin = 0;
-  const PetscReal area = c->corners == 3 ? Gradients(c->corner, g) : 4 * c->corner[0][0] * c->corner[0][1];
+  const PetscReal area = c->corners == 3 ? Gradients(c, g) : 4 * c->corner[0][0] * c->corner[0][1];
 
   centre[0] = centre[1] = 0;
   for (PetscInt k = 0; k < p->n; k++) { /* the middle of a triangle's side is half as far as the corner opposite */
@@ -192,5 +199,5 @@ PetscReal SlipFluidCellRadius(const SlipFluidCell *c)
 
   if (c->corners == 4) return 0.280729 * 2 * PetscHypotReal(a * c->corner[0][0], c->corner[0][1] / a) / (a + 1 / a);
   for (int k = 0; k < 3; k++) square += PetscSqr(a * c->corner[k][0]) + PetscSqr(c->corner[k][1] / a);
-  return 0.51 * Gradients(c->corner, g) / PetscSqrtReal(square) * 2 / (a + 1 / a);
+  return 0.51 * Gradients(c, g) / PetscSqrtReal(square) * 2 / (a + 1 / a);
 }

@@ -15,50 +15,6 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
 
-/* Largest error of a pressure over the largest change of one by the solve, where SlipDiffusionAccuracy() allows no more
- */
-#define FLUID_TOLERANCE 1e-9
-/* A preconditioner serves other matrices up to this ratio of steps, and until a solve takes this many more iterations
-   than the first one did, and twice as many */
-#define FLUID_SIMILAR 2.0
-enum { FLUID_ITERATIONS = 8, FLUID_PASSES = 8 };
-
-struct _SlipDiffusion {
-  MPI_Comm comm;
-  PetscInt n, all; /* cells of this process, and of all */
-  SlipFluidSides sides;
-  SlipFluidCell *cell; /* [n] */
-  PetscReal *t;        /* [pieces of all n cells] weights, */
-  PetscReal *total;    /* [n] their sums, */
-  PetscReal *sum;      /* [local pieces] and those of the cells that share a piece */
-  PetscReal *held;     /* [local pieces] pressure of the border, NaN elsewhere */
-  PetscReal *flux;     /* [pieces of all n cells] of the last solve, outwards [m^3/s] */
-  PetscReal *gathered; /* [most] pressures of the pieces of a cell */
-  PetscReal *value;    /* of the matrix, cell by cell */
-  PetscReal dt;        /* the matrix is that of this step; 0: of none */
-  PetscReal mean;      /* dt T/C on average, by which the solver is chosen */
-  PetscReal ratio;     /* largest dt T/C: also by how much rounding grows from pressures to changes by fluxes */
-  PetscReal accuracy;  /* [Pa] */
-  PetscBool set;
-  PetscBool similar;    /* the preconditioner may be that of another matrix: */
-  PetscReal made;       /* that of this step; 0: of none */
-  PetscInt first, last; /* iterations of the first solve with it, -1: none; and of the last one */
-  PetscInt *other;      /* [pieces of all n cells] the cell at the other side, -1: none; NULL: unknowns are sides */
-  const char *prefix;   /* of the solver's options */
-  Vec lambda, residual; /* of pieces, with ghosts */
-  Vec right, step;      /* of the unknowns; of pieces with ghosts */
-  Mat A;
-  KSP ksp;
-};
-
-static SlipFluidPieces Pieces(SlipDiffusion d, PetscInt i)
-{
-  const PetscInt first = d->sides.offset[i];
-
-  return (SlipFluidPieces){d->sides.offset[i + 1] - first, d->sides.side + first, d->sides.part + first, d->t + first,
-                           d->gathered};
-}
-
 /* Prepares the places of the matrix's values: all pairs of the pieces of each cell; or each cell and its neighbours. */
 static PetscErrorCode Matrix_SlipDiffusion(SlipDiffusion d, PetscInt start)
 {
@@ -99,7 +55,7 @@ static PetscErrorCode Matrix_SlipDiffusion(SlipDiffusion d, PetscInt start)
 }
 
 /* Adds up numbers of the pieces of all cells at their pieces, of which all processes that have them get the sum. */
-static PetscErrorCode Sum_SlipDiffusion(SlipDiffusion d, const PetscReal x[], Vec sum)
+PetscErrorCode SlipDiffusionSum(SlipDiffusion d, const PetscReal x[], Vec sum)
 {
   PetscReal *a;
   Vec local;
@@ -136,7 +92,7 @@ static PetscErrorCode Neighbours_SlipDiffusion(SlipDiffusion d, PetscInt start)
   PetscCall(PetscMalloc1(s->offset[d->n] + 1, &d->other));
   for (PetscInt i = 0; i < d->n; i++)
     for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) d->flux[k] = (PetscReal)(start + i);
-  PetscCall(Sum_SlipDiffusion(d, d->flux, d->residual));
+  PetscCall(SlipDiffusionSum(d, d->flux, d->residual));
   PetscCall(VecGhostGetLocalForm(d->residual, &local));
   PetscCall(VecGetArray(local, &a));
   for (PetscInt k = 0; k < s->offset[d->n]; k++)
@@ -266,14 +222,17 @@ PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusionCells *cells
   PetscCall(Take_SlipDiffusion(d, cells, &differs));
   if (!differs) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < s->owned + s->ghosts; k++) d->held[k] = (PetscReal)NAN;
+  d->fastest = 0;
   for (PetscInt i = 0; i < d->n; i++) {
-    const SlipFluidPieces p = Pieces(d, i);
+    const SlipFluidPieces p = SlipFluidPiecesOf(d, i);
 
     d->total[i] = SlipFluidCellWeights(&d->cell[i], &p);
     for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++)
       if (s->cells[s->piece[k]] == 1) d->held[s->piece[k]] = d->cell[i].border; /* such a piece has no other owner */
   }
-  PetscCall(Sum_SlipDiffusion(d, d->t, d->residual));
+  for (PetscInt i = 0; i < d->n; i++) d->fastest = PetscMax(d->fastest, d->total[i] / d->cell[i].storage);
+  PetscCall(SlipAllreduceLargest(d->comm, 1, &d->fastest));
+  PetscCall(SlipDiffusionSum(d, d->t, d->residual));
   PetscCall(VecGhostGetLocalForm(d->residual, &local));
   PetscCall(VecGetArray(local, &a));
   PetscCall(PetscArraycpy(d->sum, a, s->owned + s->ghosts));
@@ -288,7 +247,7 @@ PetscErrorCode SlipDiffusionSet(SlipDiffusion d, const SlipDiffusionCells *cells
    can flow, are those of a diagonal matrix. Returns the place of the next cell's. */
 static PetscReal *SideValues(SlipDiffusion d, PetscInt i, PetscReal dt, PetscReal *value)
 {
-  const SlipFluidPieces p = Pieces(d, i);
+  const SlipFluidPieces p = SlipFluidPiecesOf(d, i);
   const PetscInt m = p.n, *piece = d->sides.piece + d->sides.offset[i];
 
   SlipFluidCellMatrix(&d->cell[i], dt, &p, d->total[i], value);
@@ -319,21 +278,19 @@ static PetscReal *CellValues(SlipDiffusion d, PetscInt i, PetscReal dt, PetscRea
   return value;
 }
 
-/* Assembles the matrix for a step. */
-static PetscErrorCode Assemble_SlipDiffusion(SlipDiffusion d, PetscReal dt)
+/* Assembles the matrix for a step, unless it is. */
+PetscErrorCode SlipDiffusionAssemble(SlipDiffusion d, PetscReal dt)
 {
   PetscReal *value = d->value, mean = 0;
 
   PetscFunctionBegin;
-  d->ratio = 0;
+  if (dt == d->dt) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < d->n; i++) {
     const SlipFluidCell *c = &d->cell[i];
 
     value = d->other ? CellValues(d, i, dt, value) : SideValues(d, i, dt, value);
-    d->ratio = PetscMax(d->ratio, dt * d->total[i] / (c->storage + dt * c->sink));
     mean += dt * d->total[i] / (c->storage + dt * c->sink) / (PetscReal)d->all;
   }
-  PetscCall(SlipAllreduceLargest(d->comm, 1, &d->ratio));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mean, 1, MPIU_REAL, MPIU_SUM, d->comm));
   PetscCall(MatSetValuesCOO(d->A, d->value, INSERT_VALUES));
   d->dt = dt;
@@ -341,212 +298,11 @@ static PetscErrorCode Assemble_SlipDiffusion(SlipDiffusion d, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the pressures of sides from those of the cells: such that, if these were equal to the sides' on average, the
-   fluxes would cancel. */
-static PetscErrorCode Guess_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
-{
-  const SlipFluidSides *s = &d->sides;
-  PetscReal *a;
-  Vec local;
-
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < d->n; i++)
-    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) d->flux[k] = d->t[k] * y[i];
-  PetscCall(Sum_SlipDiffusion(d, d->flux, d->lambda));
-  PetscCall(VecGhostGetLocalForm(d->lambda, &local));
-  PetscCall(VecGetArray(local, &a));
-  for (PetscInt k = 0; k < s->owned + s->ghosts; k++)
-    a[k] = d->held[k] == d->held[k] ? d->held[k] : d->sum[k] > 0 ? a[k] / d->sum[k] : 0;
-  PetscCall(VecRestoreArray(local, &a));
-  PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes all fluxes and d->residual, what is left of them at the sides; then takes it from the fluxes. */
-static PetscErrorCode Fluxes_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
-{
-  const SlipFluidSides *s = &d->sides;
-  PetscReal *lambda = d->gathered, *a;
-  Vec local;
-
-  PetscFunctionBegin;
-  PetscCall(VecGhostGetLocalForm(d->lambda, &local));
-  PetscCall(VecGetArray(local, &a));
-  for (PetscInt i = 0; i < d->n; i++) {
-    const SlipFluidPieces p = Pieces(d, i);
-
-    for (PetscInt k = 0; k < p.n; k++) lambda[k] = a[s->piece[s->offset[i] + k]];
-    SlipFluidCellFlux(&d->cell[i], &p, y[i], lambda, d->flux + s->offset[i]);
-  }
-  PetscCall(VecRestoreArray(local, &a));
-  PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
-  PetscCall(Sum_SlipDiffusion(d, d->flux, d->residual));
-  PetscCall(VecGhostGetLocalForm(d->residual, &local));
-  PetscCall(VecGetArray(local, &a));
-  for (PetscInt k = 0; k < s->owned + s->ghosts; k++)
-    if (d->held[k] == d->held[k]) a[k] = 0;
-  for (PetscInt k = 0; k < s->offset[d->n]; k++) d->flux[k] -= a[s->piece[k]] / (PetscReal)s->cells[s->piece[k]];
-  PetscCall(VecRestoreArray(local, &a));
-  PetscCall(VecGhostRestoreLocalForm(d->residual, &local));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a cell lacks [m^3] at its pressure and its fluxes */
-static PetscReal Lack(SlipDiffusion d, PetscInt i, PetscReal dt, PetscReal b, PetscReal y)
-{
-  PetscReal out = 0;
-
-  for (PetscInt k = d->sides.offset[i]; k < d->sides.offset[i + 1]; k++) out += d->flux[k];
-  return b - (d->cell[i].storage + dt * d->cell[i].sink) * y - dt * out;
-}
-
-/* Solves for d->step, with the preconditioner of another matrix where it is similar and has been good enough. */
-static PetscErrorCode Solve_SlipDiffusion(SlipDiffusion d, PetscReal tolerance, Vec right)
-{
-  const PetscReal ratio = d->made > 0 ? d->dt / d->made : 0;
-  PetscBool keep = d->similar && ratio <= FLUID_SIMILAR && ratio * FLUID_SIMILAR >= 1 ? PETSC_TRUE : PETSC_FALSE;
-  KSPConvergedReason reason;
-
-  PetscFunctionBegin;
-  if (d->last > 2 * d->first + FLUID_ITERATIONS) keep = PETSC_FALSE;
-  if (!keep) PetscCall(SlipFluidSolverChoose(d->ksp, d->all, d->mean));
-  PetscCall(KSPSetReusePreconditioner(d->ksp, keep));
-  PetscCall(KSPSetTolerances(d->ksp, tolerance, 0, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscCall(KSPSolve(d->ksp, right, d->step));
-  PetscCall(KSPGetConvergedReason(d->ksp, &reason));
-  PetscCheck(reason > 0 || reason == KSP_DIVERGED_ITS, d->comm, PETSC_ERR_NOT_CONVERGED,
-             "the diffusion of fluid over %g s: %s, expected another preconditioner (-%spc_type jacobi)", (double)d->dt,
-             KSPConvergedReasons[reason], d->prefix);
-  PetscCall(KSPGetIterationNumber(d->ksp, &d->last));
-  if (keep) PetscFunctionReturn(PETSC_SUCCESS);
-  d->first = d->last;
-  d->made = d->dt;
-  d->similar = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Improves the pressures of cells, whose lack [n] is theirs with the fluxes of Fluxes_SlipDiffusion(). */
-static PetscErrorCode ImproveCells_SlipDiffusion(SlipDiffusion d, PetscReal tolerance, const PetscReal lack[],
-                                                 PetscReal y[])
-{
-  const PetscReal *step;
-  PetscReal *right;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArray(d->right, &right));
-  PetscCall(PetscArraycpy(right, lack, d->n));
-  PetscCall(VecRestoreArray(d->right, &right));
-  PetscCall(Solve_SlipDiffusion(d, tolerance, d->right));
-  PetscCall(VecGetArrayRead(d->step, &step));
-  for (PetscInt i = 0; i < d->n; i++) y[i] += step[i];
-  PetscCall(VecRestoreArrayRead(d->step, &step));
-  PetscCall(Guess_SlipDiffusion(d, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Improves the pressures of sides, and of cells with them: lack [n] is theirs with the fluxes of
-   Fluxes_SlipDiffusion(),
-   residual that of the sides. */
-static PetscErrorCode Improve_SlipDiffusion(SlipDiffusion d, PetscReal dt, PetscReal tolerance, PetscReal lack[],
-                                            PetscReal y[])
-{
-  const SlipFluidSides *s = &d->sides;
-  PetscReal *r, *a;
-  Vec local;
-
-  PetscFunctionBegin;
-  PetscCall(VecGhostGetLocalForm(d->residual, &local));
-  PetscCall(VecGetArray(local, &r));
-  for (PetscInt i = 0; i < d->n; i++) { /* without what was taken from the fluxes */
-    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++)
-      lack[i] -= dt * r[s->piece[k]] / (PetscReal)s->cells[s->piece[k]];
-    lack[i] /= d->cell[i].storage + dt * (d->cell[i].sink + d->total[i]);
-    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++)
-      d->flux[k] = dt * (d->t[k] * lack[i] + r[s->piece[k]] / (PetscReal)s->cells[s->piece[k]]);
-  }
-  PetscCall(VecRestoreArray(local, &r));
-  PetscCall(VecGhostRestoreLocalForm(d->residual, &local));
-  PetscCall(Sum_SlipDiffusion(d, d->flux, d->residual));
-  PetscCall(VecGetArray(d->residual, &r));
-  for (PetscInt k = 0; k < s->owned; k++)
-    if (d->held[k] == d->held[k]) r[k] = 0;
-  PetscCall(VecRestoreArray(d->residual, &r));
-  PetscCall(Solve_SlipDiffusion(d, tolerance, d->residual));
-  PetscCall(VecAXPY(d->lambda, 1, d->step));
-  PetscCall(VecGhostUpdateBegin(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGhostUpdateEnd(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGhostUpdateBegin(d->step, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGhostUpdateEnd(d->step, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGhostGetLocalForm(d->step, &local));
-  PetscCall(VecGetArray(local, &a));
-  for (PetscInt i = 0; i < d->n; i++) {
-    PetscReal in = 0;
-
-    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) in += d->t[k] * a[s->piece[k]];
-    y[i] += lack[i] + dt * in / (d->cell[i].storage + dt * (d->cell[i].sink + d->total[i]));
-  }
-  PetscCall(VecRestoreArray(local, &a));
-  PetscCall(VecGhostRestoreLocalForm(d->step, &local));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipDiffusionAccuracy(SlipDiffusion d, PetscReal error)
+PetscErrorCode SlipDiffusionCreateSides(SlipDiffusion d, Vec *sides)
 {
   PetscFunctionBegin;
-  d->accuracy = error;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipDiffusionRenew(SlipDiffusion d)
-{
-  PetscFunctionBegin;
-  d->similar = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal b[], PetscReal y[])
-{
-  PetscReal *start, *lack, tolerance = FLUID_TOLERANCE, allowed;
-
-  PetscFunctionBegin;
-  PetscCheck(d->set, d->comm, PETSC_ERR_ORDER, "call SlipDiffusionSet() before SlipDiffusionSolve()");
-  PetscCheck(dt > 0 && !PetscIsInfReal(dt), d->comm, PETSC_ERR_ARG_OUTOFRANGE, "a step of %g s: expected more than 0",
-             (double)dt);
-  SlipWorkTake(); /* whether a factorisation is at hand depends on restarts, and so do flops */
-  if (dt != d->dt) PetscCall(Assemble_SlipDiffusion(d, dt));
-  PetscCall(PetscMalloc2(d->n, &start, d->n, &lack));
-  PetscCall(PetscArraycpy(start, y, d->n));
-  PetscCall(Guess_SlipDiffusion(d, y));
-  for (PetscInt pass = 0;; pass++) {
-    PetscReal size[3] = {0, 0, 0}; /* of corrections, of changes, of pressures */
-
-    PetscCall(Fluxes_SlipDiffusion(d, y));
-    for (PetscInt i = 0; i < d->n; i++) {
-      lack[i] = Lack(d, i, dt, b[i], y[i]);
-      size[0] = SlipLarger(size[0], PetscAbsReal(lack[i] / (d->cell[i].storage + dt * d->cell[i].sink)));
-      size[1] = SlipLarger(size[1], PetscAbsReal(y[i] - start[i]));
-      size[2] = SlipLarger(size[2], PetscAbsReal(y[i]));
-    }
-    PetscCall(SlipAllreduceLargest(d->comm, 3, size));
-    PetscCheck(!PetscIsInfOrNanReal(size[0]), d->comm, PETSC_ERR_FP,
-               "the diffusion of fluid over %g s: pressures or sources are not finite", (double)dt);
-    /* enough; or no more than rounding, which iterations do not lessen */
-    allowed = PetscMax(FLUID_TOLERANCE * size[1], d->accuracy);
-    if (size[0] <= allowed || size[0] <= 4 * PETSC_MACHINE_EPSILON * (1 + d->ratio) * size[2]) break;
-    PetscCheck(
-      pass < FLUID_PASSES, d->comm, PETSC_ERR_NOT_CONVERGED,
-      "the diffusion of fluid over %g s: after %d solves %g Pa of a change of %g Pa are wrong, expected another "
-      "preconditioner (-%spc_type jacobi)",
-      (double)dt, (int)pass, (double)size[0], (double)size[1], d->prefix);
-    if (allowed > 0) tolerance = PetscMax(0.3 * allowed / size[0], 1e-13);
-    if (d->other)
-      PetscCall(ImproveCells_SlipDiffusion(d, PetscMin(tolerance, 0.1), lack, y));
-    else
-      PetscCall(Improve_SlipDiffusion(d, dt, PetscMin(tolerance, 0.1), lack, y));
-  }
-  for (PetscInt i = 0; i < d->n; i++) y[i] += lack[i] / (d->cell[i].storage + dt * d->cell[i].sink);
-  PetscCall(PetscFree2(start, lack));
-  SlipWorkSkip();
+  PetscCall(VecDuplicate(d->lambda, sides));
+  PetscCall(VecZeroEntries(*sides));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -562,7 +318,7 @@ PetscErrorCode SlipDiffusionFlow(SlipDiffusion d, PetscReal *border, PetscReal f
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, border, 1, MPIU_REAL, MPIU_SUM, d->comm));
   }
   for (PetscInt i = 0; i < d->n && flux; i++) {
-    const SlipFluidPieces p = Pieces(d, i);
+    const SlipFluidPieces p = SlipFluidPiecesOf(d, i);
 
     SlipFluidCellCentre(&d->cell[i], &p, d->flux + s->offset[i], flux + 2 * i);
   }

@@ -59,7 +59,7 @@ PetscErrorCode SlipFluidSolverChoose(KSP ksp, PetscInt cells, PetscReal step)
     KSP *block;
     PC inner;
 
-    PetscCall(KSPSetUp(ksp));
+    PetscCall(PCSetUp(pc)); /* KSPSetUp() would not, after another type */
     PetscCall(PCBJacobiGetSubKSP(pc, NULL, NULL, &block));
     PetscCall(KSPGetPC(block[0], &inner));
     PetscCall(PCSetType(inner, PCICC));

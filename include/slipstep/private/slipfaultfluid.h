@@ -45,7 +45,8 @@ enum {
   FLUID_PRESSURE,
   FLUID_RATE,
   FLUID_STATE,
-  FLUID_SPEED, /* slip rate [m/s] */
+  FLUID_SPEED, /* slip rate [m/s], */
+  FLUID_CURVE, /* and half its mean derivative over the last step [m/s^2] */
   FLUID_EXTRA, /* normal stress that slip has made [Pa], and its rate [Pa/s] */
   FLUID_EXTRA_RATE,
   FLUID_PSI, /* first friction state and its rate [1/s], of dilatancy */
@@ -104,9 +105,11 @@ typedef struct {
   struct {
     PetscReal time, next, volume[FLUID_NUM_VOLUMES];
     PetscBool fresh;
-    Vec cells;
+    Vec cells, sides;     /* sides: where solves begin, if slip changes the pressure */
   } past[2];              /* the history, in two slots as in slipelastic.h */
+  Vec sides[2], ends;     /* of the stages of the last step of the first path; at the end of the second one */
   SlipFluidPath path[2];  /* by the drive as of the history; and by what happened */
+  PetscReal allowed;      /* error of a pressure that solves of the second one may leave [Pa] */
   PetscBool computed;     /* the second one leads to this displacement of all cells at its end: */
   PetscReal *reached;     /* [n][components] [m] */
   PetscInt steps, solves; /* of the diffusion, so far */
@@ -132,7 +135,8 @@ PETSC_INTERN PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, 
 PETSC_INTERN PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slot);
 PETSC_INTERN PetscReal SlipFaultFluidPores(SlipFault fault, PetscInt i);
 /* fluidpermeability.c */
-PETSC_INTERN void SlipFluidEvolve(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal middle[]);
+PETSC_INTERN void SlipFluidEvolve(SlipFault fault, SlipFluidPath *path, PetscReal own, PetscReal other,
+                                  PetscReal stage[]);
 PETSC_INTERN PetscErrorCode SlipFluidPermeability(SlipFault fault, const SlipFluidPath *path, PetscReal t,
                                                   const PetscReal state[], const PetscReal pressure[], PetscReal k[]);
 PETSC_INTERN PetscErrorCode SlipFluidSetOperator(SlipFault fault, PetscReal t);

@@ -56,7 +56,8 @@ PETSC_INTERN PetscErrorCode SlipFluidMeetDestroy(SlipFluidMeet *meet);
 typedef struct {
   PetscReal storage, along, down, sink, border; /* as in SlipDiffusionCells */
   PetscInt corners;                             /* 3, or 4: a rectangle of corner[0] = half its sides */
-  PetscReal corner[3][2];                       /* of triangles: corner[k] is opposite of side k */
+  PetscReal corner[3][2];                       /* of triangles: corner[k] is opposite of side k, */
+  PetscReal couple[3];                          /* and this is the second part of T for the other two sides (cell.c) */
 } SlipFluidCell;
 
 /* The pieces of one cell, which are in the order of the sides and along each */
@@ -69,7 +70,8 @@ typedef struct {
 } SlipFluidPieces;
 
 PETSC_INTERN void SlipFluidCellShape(const SlipFaultCell *from, SlipFluidCell *cell);
-PETSC_INTERN PetscReal SlipFluidCellWeights(const SlipFluidCell *c, const SlipFluidPieces *p); /* sets t; their sum */
+/* Sets t of the pieces, and what else follows of the coefficients; returns the sum of t. */
+PETSC_INTERN PetscReal SlipFluidCellWeights(SlipFluidCell *c, const SlipFluidPieces *p);
 /* Matrix of a cell [n][n] for the pressures of its pieces after its own was eliminated [m^3/Pa] */
 PETSC_INTERN void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPieces *p, PetscReal total,
                                       PetscReal matrix[]);
@@ -84,3 +86,47 @@ PETSC_INTERN PetscReal SlipFluidCellRadius(const SlipFluidCell *c);
 /* solver.c: for a matrix that is set; step: dt times what flows out of a cell per pressure, over its storage, on
    average */
 PETSC_INTERN PetscErrorCode SlipFluidSolverChoose(KSP ksp, PetscInt cells, PetscReal step);
+
+/* diffusion.c */
+struct _SlipDiffusion {
+  MPI_Comm comm;
+  PetscInt n, all; /* cells of this process, and of all */
+  SlipFluidSides sides;
+  SlipFluidCell *cell; /* [n] */
+  PetscReal *t;        /* [pieces of all n cells] weights, */
+  PetscReal *total;    /* [n] their sums, */
+  PetscReal *sum;      /* [local pieces] and those of the cells that share a piece */
+  PetscReal *held;     /* [local pieces] pressure of the border, NaN elsewhere */
+  PetscReal *flux;     /* [pieces of all n cells] of the last solve, outwards [m^3/s] */
+  PetscReal *gathered; /* [most] pressures of the pieces of a cell */
+  PetscReal *value;    /* of the matrix, cell by cell */
+  PetscReal dt;        /* the matrix is that of this step; 0: of none */
+  PetscReal mean;      /* dt T/C on average, by which the solver is chosen */
+  PetscReal fastest;   /* largest T/C [1/s] */
+  PetscReal accuracy;  /* [Pa] */
+  PetscBool set;
+  PetscBool similar;     /* the preconditioner may be that of another matrix: */
+  PetscReal made;        /* that of this step; 0: of none */
+  PetscInt first, last;  /* iterations of the first solve with it, -1: none; and of the last one */
+  PetscInt *other;       /* [pieces of all n cells] the cell at the other side, -1: none; NULL: unknowns are sides */
+  const char *prefix;    /* of the solver's options */
+  Vec lambda, residual;  /* of pieces, with ghosts */
+  Vec begin;             /* of SlipDiffusionBegin(); NULL: the next solve begins with what the cells' pressures give */
+  const PetscReal *base; /* [n] */
+  Vec right, step;       /* of the unknowns; of pieces with ghosts */
+  Mat A;
+  KSP ksp;
+};
+
+static inline SlipFluidPieces SlipFluidPiecesOf(SlipDiffusion d, PetscInt i)
+{
+  const PetscInt first = d->sides.offset[i];
+
+  return (SlipFluidPieces){d->sides.offset[i + 1] - first, d->sides.side + first, d->sides.part + first, d->t + first,
+                           d->gathered};
+}
+
+/* Adds up numbers of the pieces of all cells at their pieces, of which all processes that have them get the sum. */
+PETSC_INTERN PetscErrorCode SlipDiffusionSum(SlipDiffusion d, const PetscReal x[], Vec sum);
+/* Assembles the matrix for a step. */
+PETSC_INTERN PetscErrorCode SlipDiffusionAssemble(SlipDiffusion d, PetscReal dt);

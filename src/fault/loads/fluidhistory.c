@@ -1,8 +1,8 @@
 /* Couples the pore fluid (fluid.c) to slip. The history is the fluid at the start of a step. Within the step the fluid
-   goes on from there by itself: slip at the rate of the start changes its permeability, so that pressure is a function
-   of time alone. When the step is accepted, the fluid is computed again with the slip that happened, as a parabola in
-   time with the rate of the start, and goes on from there. Both pressures have errors of the order of the step's cube;
-   that of the second is smaller, so that the difference estimates the error of what friction has seen.
+   goes on from there by itself: slip whose rate changes as in the last step changes its permeability, so that pressure
+   is a function of time alone. When the step is accepted, the fluid is computed again with the slip that happened, as a
+   parabola in time with the rate of the start, and goes on from there. Both pressures have errors of the order of the
+   step's cube; that of the second is smaller, so that the difference estimates the error of what friction has seen.
 
    Where slip does not change the permeability, pressure is a function of time, whose steps do not depend on those of
    the fault: the history is the start of the step of the diffusion in which the fault is. */
@@ -10,6 +10,10 @@
 #include <slipstep/private/slipfaultfluid.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
+
+/* Of the error of pressure that a step of the fault may make, solves of the second path leave at most this share, so
+   that they need few iterations, and the estimate of that error, which steps follow, holds to 1 %. */
+#define CORRECTION_SHARE 0.002
 
 static const SlipFluidNode *EndOf(const SlipFluidPath *path)
 {
@@ -77,6 +81,7 @@ static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscRe
       for (PetscInt k = 0; k < c; k++) f->reached[c * i + k] = u[k];
     }
     PetscCall(SlipFluidWalk(fault, path, t, PETSC_TRUE));
+    PetscCall(SlipDiffusionKeep(f->diffusion, f->ends));
     f->computed = PETSC_TRUE;
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -95,13 +100,18 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
   PetscFunctionBegin;
   if (h > 0) PetscCall(Correct(fault, t, w, stress));
   if (stress && f->stressed) PetscCall(Extra(fault, t, stress, &extra));
-  if (h > 0) PetscCall(SlipFluidPutNode(fault, EndOf(&f->path[1])));
+  if (h > 0) {
+    PetscCall(SlipFluidPutNode(fault, EndOf(&f->path[1])));
+    PetscCall(VecCopy(f->ends, f->past[1].sides));
+  }
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(f->past[1].cells, &to));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal *b = to + f->block * i;
+    const PetscReal speed = SlipFaultSpeed(fault, a, i);
 
-    b[FLUID_SPEED] = SlipFaultSpeed(fault, a, i);
+    b[FLUID_CURVE] = h > 0 ? (speed - b[FLUID_SPEED]) / (2 * h) : 0;
+    b[FLUID_SPEED] = speed;
     if (f->dilates) {
       b[FLUID_PSI] = a[SlipFaultStateAt(fault, i)];
       b[FLUID_PSI_RATE] = SlipFaultFirstStateRate(fault, i, a, b[FLUID_SPEED]);
@@ -139,12 +149,14 @@ PetscErrorCode SlipFaultFluidAccept(SlipFault fault, PetscReal t, Vec w, PetscBo
 
 static PetscErrorCode CopySlot(SlipFaultFluid *f, int from, int to)
 {
-  const Vec cells = f->past[to].cells;
+  const Vec cells = f->past[to].cells, sides = f->past[to].sides;
 
   PetscFunctionBegin;
   PetscCall(VecCopy(f->past[from].cells, cells));
+  PetscCall(VecCopy(f->past[from].sides, sides));
   f->past[to] = f->past[from];
   f->past[to].cells = cells;
+  f->past[to].sides = sides;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,21 +187,23 @@ PetscErrorCode SlipFaultFluidRollBack(SlipFault fault)
 /* Writes the history to a checkpoint, or reads it. */
 PetscErrorCode SlipFaultFluidVisit(SlipFault fault, SlipState state)
 {
-  static const char *const names[2][5] = {
-    {"time_before", "next_before", "fresh_before", "volumes_before", "cells_before"},
-    {"time", "next", "fresh", "volumes", "cells"}};
+  static const char *const names[2][6] = {
+    {"time_before", "next_before", "fresh_before", "volumes_before", "cells_before", "sides_before"},
+    {"time", "next", "fresh", "volumes", "cells", "sides"}};
   SlipFaultFluid *f = &fault->fluid;
 
   PetscFunctionBegin;
   if (!f->on) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateGroup(state, "fluid"));
   PetscCall(SlipStateBool(state, "within_attempt", &f->trial));
+  PetscCall(SlipStateReal(state, "allowed", 1, &f->allowed));
   for (int k = f->trial ? 0 : 1; k < 2; k++) {
     PetscCall(SlipStateReal(state, names[k][0], 1, &f->past[k].time));
     PetscCall(SlipStateReal(state, names[k][1], 1, &f->past[k].next));
     PetscCall(SlipStateBool(state, names[k][2], &f->past[k].fresh));
     PetscCall(SlipStateReal(state, names[k][3], FLUID_NUM_VOLUMES, f->past[k].volume));
     PetscCall(SlipStateVec(state, names[k][4], f->past[k].cells));
+    if (f->follows) PetscCall(SlipStateVec(state, names[k][5], f->past[k].sides));
   }
   if (SlipStateIsLoading(state)) {
     f->computed = PETSC_FALSE;
@@ -204,11 +218,18 @@ PetscErrorCode SlipFaultFluidError(SlipFault fault, PetscReal rtol, PetscReal t,
 {
   SlipFaultFluid *f = &fault->fluid;
   const PetscReal h = t - f->past[1].time, *a, *past;
-  PetscReal *seen = f->work[FLUID_WORK_OWN], largest = 0;
+  PetscReal *seen = f->work[FLUID_WORK_OWN], largest = 0, least = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
   *E = 0;
   if (!f->follows || !(t > f->past[1].time)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal change = SlipFaultFrictionChange(fault, i);
+
+    if (change > 0) least = PetscMin(least, change);
+  }
+  PetscCallMPI(MPI_Allreduce(&least, &f->allowed, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  f->allowed *= CORRECTION_SHARE * rtol;
   PetscCall(Correct(fault, t, w, NULL));
   PetscCall(SlipFluidPressureAt(fault, t, seen));
   PetscCall(VecGetArrayRead(w, &a));

@@ -21,21 +21,21 @@ static PetscReal Slip(const SlipFluidDrive *drive, PetscInt i, PetscReal time)
   return PetscMax((drive->speed[i] + drive->curve[i] * time) * time, 0);
 }
 
-/* Sets k* in the middle of a step of the path, and at its end. */
-void SlipFluidEvolve(SlipFault fault, SlipFluidPath *path, PetscReal h, PetscReal middle[])
+/* Sets k* at the first stage of a step of the path, `own` after its start, and at its end, `other` later. */
+void SlipFluidEvolve(SlipFault fault, SlipFluidPath *path, PetscReal own, PetscReal other, PetscReal stage[])
 {
   const SlipFaultFluid *f = &fault->fluid;
   const PetscReal time = path->from.time - path->start;
 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const SlipPermeability c = Law(fault, i);
-    PetscReal slip[3];
+    const PetscReal slip[] = {Slip(&path->drive, i, time), Slip(&path->drive, i, time + own),
+                              Slip(&path->drive, i, time + own + other)};
 
-    middle[i] = path->to.state[i] = path->from.state[i];
+    stage[i] = path->to.state[i] = path->from.state[i];
     if (!f->law->evolve) continue;
-    for (int k = 0; k < 3; k++) slip[k] = Slip(&path->drive, i, time + k * h / 2);
-    middle[i] = SlipPermeabilityEvolve(f->law, &c, path->from.state[i], PetscMax(slip[1] - slip[0], 0), h / 2);
-    path->to.state[i] = SlipPermeabilityEvolve(f->law, &c, middle[i], PetscMax(slip[2] - slip[1], 0), h / 2);
+    stage[i] = SlipPermeabilityEvolve(f->law, &c, path->from.state[i], PetscMax(slip[1] - slip[0], 0), own);
+    path->to.state[i] = SlipPermeabilityEvolve(f->law, &c, stage[i], PetscMax(slip[2] - slip[1], 0), other);
   }
 }
 
