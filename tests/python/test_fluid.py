@@ -58,6 +58,7 @@ LAWS = {"constant": [], "slip": BY_SLIP, "stress": ["-fault_permeability_stress"
         "valve": [*BY_SLIP, "-fault_permeability_stress", 1e7]}
 RATES, LEAK, OPEN = ["-fault_wells", "rates.csv"], ["-fault_leakoff", 1e-15], ["-fault_fluid_border", "open"]
 DILATES = ["-fault_dilatancy", 1e-4]
+CARTER = ["-fault_carter_leakoff", 1e-13]
 WAVES = "-fault_medium waves -fault_kernel full_space -ts_max_time 2h".split()
 
 
@@ -73,6 +74,8 @@ CASES = [
     *((f"{name}, dilates", GRID + SMOOTH + law(name) + RATES + LEAK + OPEN + DILATES, name in ("constant", "valve"))
       for name in LAWS),
     ("closed", GRID + SMOOTH + RATES, False),
+    ("reached", GRID + SMOOTH + RATES + CARTER, True),
+    ("reached, valve, bathe", GRID + SMOOTH + VALVE + RATES + CARTER + ["-ts_type", "bathe"], True),
     ("pressures in wells",
      GRID + SMOOTH + VALVE + LEAK + ["-fault_wells", "held.csv", "-fault_fluid_pressure", 1e6], True),
     ("source, border held",
@@ -120,6 +123,23 @@ class Fluid(FaultTest):
     def last(self, name="o.h5"):
         with h5py.File(self.path(name)) as file:
             return {key: data[-1] for key, data in file["fields"].items() if key not in "xz"}
+
+    def test_carter(self):
+        """Fluid that enters everywhere at a constant rate and leaks by Carter's law from when p rises above a level on:
+        dp/dt = q - 2 a p/(2 v) with v the root of the time since then, so that dp/dv = 2 q v - 2 a p"""
+        q, a, storage, end = 1.0, 1e-3, 1e-9, 1e6
+        for level in (0.0, 1e5):
+            self.fault("-fault_nx", 1, "-fault_nz", 2, "-fault_length_x", 100, "-fault_length_z", 200,
+                       "-fault_normal_stress", 5e7, "-fault_normal_stress_gradient", 0, "-fault_friction_law",
+                       "rate_and_state", "-fault_creep", 1, "-fault_loading_rate", 1e-12, "-fault_permeability", 1e-14,
+                       "-fault_pore_compressibility", storage / 0.1, "-fault_fluid_source", q * storage,
+                       "-fault_carter_leakoff", a * storage, "-fault_carter_pressure", level,
+                       "-fault_fluid_tolerance", 1e-6, "-ts_max_time", end, "-fault_output", "o.h5",
+                       "-fault_output_overwrite", "yes", "-fault_output_fields", "pore_pressure")
+            v = math.sqrt(end - level / q)
+            exact = q / a * v - q / (2 * a**2) + (level + q / (2 * a**2)) * math.exp(-2 * a * v)
+            with self.subTest(level=level):
+                np.testing.assert_allclose(self.last()["pore_pressure"], exact, rtol=1e-4)
 
     def test_line(self):
         """Fluid that enters at a constant rate in the middle of a line: p = (q/T) sqrt(D t) ierfc(r/sqrt(4 D t))

@@ -88,6 +88,9 @@
   LATE(PRESSURE, OWN, "a pore pressure", f->loads.pore)                                                                \
   EARLY(FLUID, OWN, "-fault_permeability", AnyCell(f, FIELD_PERMEABILITY))                                             \
   EARLY(FLUID_DETAIL, OWN, "-fault_porosity, -fault_leakoff and other options of fluid in the fault", FluidDetail(f))  \
+  EARLY(CARTER, OWN, "-fault_carter_leakoff", AnyCell(f, FIELD_CARTER_LEAKOFF))                                        \
+  EARLY(CARTER_PRESSURE, OWN, "-fault_carter_pressure",                                                                \
+        f->options.value[FAULT_CARTER_PRESSURE] != SlipFaultReals[FAULT_CARTER_PRESSURE].value)                        \
   EARLY(WELLS, OWN, "-fault_wells", Given(f, FAULT_WELLS))                                                             \
   EARLY(PERMEABILITY_BY_SLIP, OWN, "-fault_permeability_law slip and valve", LawNeeds(f, SLIP_PERMEABILITY_BY_SLIP))   \
   EARLY(PERMEABILITY_BY_STRESS, OWN, "-fault_permeability_law stress and valve",                                       \

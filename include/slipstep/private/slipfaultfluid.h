@@ -20,16 +20,18 @@ typedef struct {
   PetscReal *pressure; /* [Pa] */
   PetscReal *rate;     /* dp/dt [Pa/s] */
   PetscReal *state;    /* k* of the permeability law [m^2] */
+  PetscReal *onset;    /* time at which fluid that leaks by Carter's law has reached the cell [s]; largest: not yet */
   PetscReal volume[FLUID_NUM_VOLUMES];
 } SlipFluidNode;
 
-/* Work space of the cells: permeability, and then conductance, along strike and down dip; what leaves per pressure;
-   what enters; the right-hand side; pressure and k* in the middle of a step; normal stress without this fluid;
+/* Work space of the cells: permeability, and then conductance, along strike and down dip; what leaves per pressure,
+   and of that into the rock; what enters; the right-hand side; pressure and k* in the middle of a step; normal stress without this fluid;
    pressure; growth of pores */
 enum {
   FLUID_WORK_ALONG,
   FLUID_WORK_DOWN,
   FLUID_WORK_SINK,
+  FLUID_WORK_LEAK,
   FLUID_WORK_INFLOW,
   FLUID_WORK_RIGHT,
   FLUID_WORK_GUESS,
@@ -45,6 +47,7 @@ enum {
   FLUID_PRESSURE,
   FLUID_RATE,
   FLUID_STATE,
+  FLUID_ONSET,
   FLUID_SPEED, /* slip rate [m/s], */
   FLUID_CURVE, /* and half its mean derivative over the last step [m/s^2] */
   FLUID_EXTRA, /* normal stress that slip has made [Pa], and its rate [Pa/s] */
@@ -87,6 +90,7 @@ typedef struct {
   PetscBool on;       /* some permeability is not 0 */
   PetscBool follows;  /* slip changes the permeability, or pores */
   PetscInt dilates;   /* pores dilate with the friction state */
+  PetscInt leaks;     /* fluid leaks by Carter's law */
   PetscBool stressed; /* the effective normal stress does */
   const SlipPermeabilityLaw *law;
   /* of pressures.c: the other pressures at t [n] [Pa], and the next time at which one of all has a kink [s] */
@@ -134,6 +138,10 @@ PETSC_INTERN PetscReal SlipFaultFluidScale(SlipFault fault, PetscReal t);
 PETSC_INTERN PetscErrorCode SlipFluidWalk(SlipFault fault, SlipFluidPath *path, PetscReal t, PetscBool ends);
 PETSC_INTERN PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slot);
 PETSC_INTERN PetscReal SlipFaultFluidPores(SlipFault fault, PetscInt i);
+/* fluidleak.c */
+PETSC_INTERN void SlipFluidLeak(SlipFault fault, PetscReal t, PetscReal h, int k, const PetscReal onset[]);
+PETSC_INTERN PetscErrorCode SlipFluidReached(SlipFault fault, const SlipFluidNode *from, PetscReal h, SlipFluidNode *to,
+                                             PetscBool *any);
 /* fluidpermeability.c */
 PETSC_INTERN void SlipFluidEvolve(SlipFault fault, SlipFluidPath *path, PetscReal own, PetscReal other,
                                   PetscReal stage[]);

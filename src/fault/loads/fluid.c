@@ -32,7 +32,7 @@
 static PetscErrorCode CreateNode(PetscInt n, SlipFluidNode *node)
 {
   PetscFunctionBegin;
-  PetscCall(PetscCalloc3(n + 1, &node->pressure, n + 1, &node->rate, n + 1, &node->state));
+  PetscCall(PetscCalloc4(n + 1, &node->pressure, n + 1, &node->rate, n + 1, &node->state, n + 1, &node->onset));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,6 +42,7 @@ static void CopyNode(PetscInt n, const SlipFluidNode *from, SlipFluidNode *to)
     to->pressure[i] = from->pressure[i];
     to->rate[i] = from->rate[i];
     to->state[i] = from->state[i];
+    to->onset[i] = from->onset[i];
   }
   for (int k = 0; k < FLUID_NUM_VOLUMES; k++) to->volume[k] = from->volume[k];
   to->time = from->time;
@@ -114,7 +115,7 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
 {
   SlipFaultFluid *f = &fault->fluid;
   const PetscInt n = fault->mesh.n;
-  PetscInt row = PETSC_MAX_INT, dilates = 0;
+  PetscInt row = PETSC_MAX_INT, dilates = 0, leaks = 0;
   SlipFluidDrive *drive;
 
   PetscFunctionBegin;
@@ -129,6 +130,8 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
   f->stressed = f->law->value ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) dilates |= fault->fields.cell[FIELD_DILATANCY][i] != 0;
   PetscCallMPI(MPI_Allreduce(&dilates, &f->dilates, 1, MPIU_INT, MPI_MAX, fault->comm));
+  for (PetscInt i = 0; i < n; i++) leaks |= fault->fields.cell[FIELD_CARTER_LEAKOFF][i] != 0;
+  PetscCallMPI(MPI_Allreduce(&leaks, &f->leaks, 1, MPIU_INT, MPI_MAX, fault->comm));
   f->follows = f->law->evolve || (f->stressed && fault->kind.coupled) || f->dilates ? PETSC_TRUE : PETSC_FALSE;
   f->block = FLUID_DISPLACEMENT + fault->layout.components;
   for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscCalloc1(n + 1, &f->work[k]));
@@ -179,7 +182,7 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
     PetscCall(VecDestroy(&f->past[k].cells));
     PetscCall(VecDestroy(&f->past[k].sides));
     PetscCall(VecDestroy(&f->sides[k]));
-    for (int j = 0; j < 3; j++) PetscCall(PetscFree3(node[j]->pressure, node[j]->rate, node[j]->state));
+    for (int j = 0; j < 3; j++) PetscCall(PetscFree4(node[j]->pressure, node[j]->rate, node[j]->state, node[j]->onset));
     PetscCall(PetscFree(f->path[k].middle));
     PetscCall(PetscFree(f->path[k].middle_before));
     PetscCall(
@@ -204,7 +207,7 @@ static void Inflow(SlipFault fault, PetscReal t, const PetscReal along[], PetscR
   const SlipFaultFluid *f = &fault->fluid;
 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    sink[i] = f->leak[i];
+    sink[i] = f->work[FLUID_WORK_LEAK][i];
     inflow[i] = f->source[i];
   }
   for (PetscInt k = 0; k < fault->loads.nwells; k++) {
@@ -234,8 +237,10 @@ static PetscErrorCode VolumeRates(SlipFault fault, const PetscReal y[], PetscRea
   PetscFunctionBegin;
   rate[FLUID_INJECTED] = rate[FLUID_LEAKED] = 0;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    rate[FLUID_INJECTED] += f->work[FLUID_WORK_INFLOW][i] - (f->work[FLUID_WORK_SINK][i] - f->leak[i]) * y[i];
-    rate[FLUID_LEAKED] += f->leak[i] * y[i];
+    const PetscReal leak = f->work[FLUID_WORK_LEAK][i];
+
+    rate[FLUID_INJECTED] += f->work[FLUID_WORK_INFLOW][i] - (f->work[FLUID_WORK_SINK][i] - leak) * y[i];
+    rate[FLUID_LEAKED] += leak * y[i];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, 2, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCall(SlipDiffusionFlow(f->diffusion, &border, NULL));
@@ -321,34 +326,38 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
   const PetscReal own = SLIP_FLUID_GAMMA * h, other = (1 - SLIP_FLUID_GAMMA) * h;
   PetscReal *p = from->pressure, *y1 = path->middle, *y2 = to->pressure, *already = f->work[FLUID_WORK_GUESS];
   PetscReal rate[2][FLUID_NUM_VOLUMES], largest[2] = {0, 0}, size = 0;
-  PetscBool known;
+  PetscBool known, reached = PETSC_FALSE;
 
   PetscFunctionBegin;
   SlipFluidEvolve(fault, path, own, other, f->work[FLUID_WORK_STATE]);
   known = Expect(fault, path, h, y1, y2);
+  PetscCall(PetscArraycpy(to->onset, known ? f->path[0].to.onset : from->onset, n));
   for (PetscInt i = 0; i < n; i++)
     size = SlipLarger(size, PetscMax(PetscAbsReal(p[i]), SMALL_PRESSURE * fault->fields.cell[FIELD_NORMAL_STRESS][i]));
   PetscCall(SlipAllreduceLargest(fault->comm, 1, &size));
   size *= SOLVER_SHARE * fault->options.value[FAULT_FLUID_TOLERANCE];
   if (!f->follows || (path == &f->path[0] && from->time == path->start)) PetscCall(SlipDiffusionRenew(f->diffusion));
-  for (int pass = 0; pass < (f->stressed && !known ? 2 : 1); pass++) {
-    if (known || pass > 0)
+  for (int pass = 0; pass < (reached || (f->stressed && !known) ? 2 : 1); pass++) {
+    if (f->follows && (known || pass > 0))
       PetscCall(SlipDiffusionBegin(f->diffusion, f->sides[0], NULL));
     else if (f->follows && from->time == path->start && !from->fresh)
       PetscCall(SlipDiffusionBegin(f->diffusion, f->past[path->slot].sides, p));
     /* the error of the first stage counts (1 - gamma)/gamma times in the second one */
     PetscCall(SlipDiffusionAccuracy(f->diffusion, known ? PetscMax(size, f->allowed / 10) : size));
+    SlipFluidLeak(fault, from->time, h, 0, to->onset);
     PetscCall(Stage(fault, path, 0, own, from->time + own, f->work[FLUID_WORK_STATE], NULL, y1, rate[0]));
     for (PetscInt i = 0; i < n; i++) {
       already[i] = other / own * (y1[i] - p[i]);
       if (!known && pass == 0) y2[i] = y1[i] + already[i];
     }
-    if (known || pass > 0)
+    if (f->follows && (known || pass > 0))
       PetscCall(SlipDiffusionBegin(f->diffusion, f->sides[1], NULL));
     else if (f->follows)
       PetscCall(SlipDiffusionBegin(f->diffusion, NULL, y1));
     PetscCall(SlipDiffusionAccuracy(f->diffusion, known ? PetscMax(size, f->allowed) : size));
+    SlipFluidLeak(fault, from->time, h, 1, to->onset);
     PetscCall(Stage(fault, path, 1, own, from->time + h, to->state, already, y2, rate[1]));
+    if (pass == 0) PetscCall(SlipFluidReached(fault, from, h, to, &reached));
   }
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal first = (y1[i] - p[i]) / own, last = (y2[i] - p[i] - other * first) / own;
@@ -455,6 +464,7 @@ PetscErrorCode SlipFluidBegin(SlipFault fault, SlipFluidPath *path, PetscInt slo
     from->pressure[i] = b[FLUID_PRESSURE];
     from->rate[i] = b[FLUID_RATE];
     from->state[i] = b[FLUID_STATE];
+    from->onset[i] = b[FLUID_ONSET];
     drive->speed[i] = b[FLUID_SPEED];
     drive->extra[i] = b[FLUID_EXTRA];
     drive->extra_rate[i] = b[FLUID_EXTRA_RATE];
@@ -522,6 +532,7 @@ PetscErrorCode SlipFluidPutNode(SlipFault fault, const SlipFluidNode *node)
     b[FLUID_PRESSURE] = node->pressure[i];
     b[FLUID_RATE] = node->rate[i];
     b[FLUID_STATE] = node->state[i];
+    b[FLUID_ONSET] = node->onset[i];
   }
   PetscCall(VecRestoreArray(f->past[1].cells, &a));
   f->past[1].time = node->time;
@@ -541,6 +552,7 @@ PetscErrorCode SlipFaultFluidStart(SlipFault fault, PetscReal t)
   PetscCall(PetscArraycpy(node->pressure, fault->fields.cell[FIELD_FLUID_PRESSURE], fault->mesh.n));
   PetscCall(PetscArraycpy(node->state, fault->fields.cell[FIELD_PERMEABILITY], fault->mesh.n));
   PetscCall(PetscArrayzero(node->rate, fault->mesh.n));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) node->onset[i] = PETSC_MAX_REAL;
   PetscCall(PetscArrayzero(node->volume, FLUID_NUM_VOLUMES));
   node->time = t;
   node->next = f->first;

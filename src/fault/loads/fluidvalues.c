@@ -83,6 +83,7 @@ PetscErrorCode SlipFaultFluidFlow(SlipFault fault, PetscReal t, PetscReal permea
   if (!flux) PetscFunctionReturn(PETSC_SUCCESS);
   if (!f->shown) PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->shown));
   f->diffusion = f->shown;
+  PetscCall(PetscArraycpy(f->work[FLUID_WORK_LEAK], f->leak, fault->mesh.n)); /* which counts for little in a moment */
   PetscCall(SlipFluidSetOperator(fault, t));
   f->diffusion = own;
   for (PetscInt i = 0; i < fault->mesh.n; i++)

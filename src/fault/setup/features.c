@@ -41,10 +41,10 @@ static PetscBool AnyCell(SlipFault fault, PetscInt field)
 /* Returns whether an option of pore fluid beside permeability and wells is not its default. Collective. */
 static PetscBool FluidDetail(SlipFault fault)
 {
-  static const PetscInt ids[] = {FAULT_PERMEABILITY_RATIO, FAULT_POROSITY,     FAULT_PORE_COMPRESSIBILITY,
-                                 FAULT_FLUID_VISCOSITY,    FAULT_APERTURE,     FAULT_LEAKOFF,
-                                 FAULT_BORDER_PRESSURE,    FAULT_FLUID_SOURCE, FAULT_FLUID_PRESSURE,
-                                 FAULT_FLUID_TOLERANCE};
+  static const PetscInt ids[] = {FAULT_PERMEABILITY_RATIO, FAULT_POROSITY,        FAULT_PORE_COMPRESSIBILITY,
+                                 FAULT_FLUID_VISCOSITY,    FAULT_APERTURE,        FAULT_LEAKOFF,
+                                 FAULT_CARTER_LEAKOFF,     FAULT_BORDER_PRESSURE, FAULT_FLUID_SOURCE,
+                                 FAULT_FLUID_PRESSURE,     FAULT_FLUID_TOLERANCE};
   int any = !Chosen(fault, FAULT_FLUID_BORDER, "closed") || !Chosen(fault, FAULT_PERMEABILITY_LAW, "constant");
 
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ids); k++) {
@@ -226,9 +226,12 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_wells % needs a fault in which pore fluid flows: expected -fault_permeability > 0 m^2"},
   {F(FLUID_DETAIL) | F(PERMEABILITY_BY_SLIP) | F(PERMEABILITY_BY_STRESS), NEEDS, F(FLUID), 0,
    "-fault_permeability_ratio, -fault_porosity, -fault_pore_compressibility, -fault_fluid_viscosity, -fault_aperture, "
-   "-fault_leakoff, -fault_permeability_law, -fault_fluid_border, -fault_border_pressure, -fault_fluid_source, "
+   "-fault_leakoff, -fault_carter_leakoff, -fault_permeability_law, -fault_fluid_border, -fault_border_pressure, "
+   "-fault_fluid_source, "
    "-fault_fluid_pressure and "
    "-fault_fluid_tolerance are of a fault in which pore fluid flows: expected -fault_permeability > 0 m^2"},
+  {F(CARTER_PRESSURE), NEEDS, F(CARTER), 0,
+   "-fault_carter_pressure is of fluid that leaks off: expected -fault_carter_leakoff > 0 m/(Pa s^0.5)"},
   {F(PERMEABILITY_BY_SLIP), NEEDS, F(PERMEABILITY_MAXIMUM), 0,
    "-fault_permeability_law % needs the permeability that slip makes: expected -fault_permeability_maximum > 0 m^2"},
   {F(PERMEABILITY_BY_SLIP), NEEDS, F(PERMEABILITY_SLIP), 0,

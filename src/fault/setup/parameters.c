@@ -157,6 +157,14 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                       "Thickness of the layer along the fault that conducts and stores fluid", PROBLEM},
   [FAULT_LEAKOFF] = {"leakoff", 0, "m/(Pa s)", 0, NONE, SHUT, REAL,
                      "Volume of fluid that leaves the fault into the rock, per time, area and pressure", PROBLEM},
+  [FAULT_CARTER_LEAKOFF] = {"carter_leakoff", 0, "m/(Pa s^0.5)", 0, NONE, SHUT, REAL,
+                            "Volume of fluid that leaves the fault into the rock, per area and pressure and root of "
+                            "the time since the cell was reached (Carter)",
+                            PROBLEM},
+  [FAULT_CARTER_PRESSURE] = {"carter_pressure", (PetscReal)1e3, "Pa", 0, NONE, SHUT, REAL,
+                             "Rise of the fluid pressure above that of the start at which a cell counts as reached, "
+                             "for -fault_carter_leakoff",
+                             PROBLEM},
   [FAULT_BORDER_PRESSURE] = {"border_pressure", (PetscReal)NAN, "Pa", ANY, NONE, SHUT, REAL,
                              "Fluid pressure held at the border of the fault (default: none, as -fault_fluid_border "
                              "says); usually a field of -fault_parameters, NaN in cells without such a border",
@@ -257,6 +265,7 @@ static const struct {
   [FIELD_PORE_COMPRESSIBILITY] = {FAULT_PORE_COMPRESSIBILITY, FLOWS},
   [FIELD_APERTURE] = {FAULT_APERTURE, FLOWS},
   [FIELD_LEAKOFF] = {FAULT_LEAKOFF, FLOWS},
+  [FIELD_CARTER_LEAKOFF] = {FAULT_CARTER_LEAKOFF, FLOWS},
   [FIELD_BORDER_PRESSURE] = {FAULT_BORDER_PRESSURE, FLOWS},
   [FIELD_FLUID_SOURCE] = {FAULT_FLUID_SOURCE, FLOWS},
   [FIELD_FLUID_PRESSURE] = {FAULT_FLUID_PRESSURE, FLOWS},
