@@ -8,8 +8,8 @@
 
 #define OTHERS_RTOL 1e-3 /* for other types, controllers and runs */
 /* Over the accuracy, where slip changes the pressure of a fluid: 14 bursts of a valve in 220 years have times within
-   4e-5 for 1.9 s by a tolerance of 3e-5, and 3 more, until 250 years, within 1.5e-4; by 1e-4 for 1.7 s within 2.5e-4 and
-   1.2e-2 */
+   4e-5 for 1.9 s by a tolerance of 3e-5, and 3 more, until 250 years, within 1.5e-4; by 1e-4 for 1.7 s within 2.5e-4
+   and 1.2e-2 */
 #define FLUID_RTOL 3e-3
 
 /* Tolerances at which the errors of event times of a cycle, over the recurrence, stay within an accuracy in 95 % of
