@@ -54,7 +54,7 @@ static PetscReal Gradients(const SlipFluidCell *c, PetscReal g[3][2])
   return 0.5 * PetscAbsReal(twice);
 }
 
-PetscReal SlipFluidCellWeights(SlipFluidCell *c, const SlipFluidPieces *p)
+PetscReal SlipFluidCellWeights(const SlipFluidCell *c, const SlipFluidPieces *p)
 {
   PetscReal *t = p->t;
   PetscReal total = 0;
@@ -70,7 +70,7 @@ PetscReal SlipFluidCellWeights(SlipFluidCell *c, const SlipFluidPieces *p)
     for (int k = 0; k < 3; k++) {
       const PetscReal *a = g[(k + 1) % 3], *b = g[(k + 2) % 3];
 
-      c->couple[k] = 4 * area * (a[0] * c->along * b[0] + a[1] * c->down * b[1]);
+      p->couple[k] = 4 * area * (a[0] * c->along * b[0] + a[1] * c->down * b[1]);
     }
     return 3 * t[0];
   }
@@ -118,20 +118,21 @@ static void Product(const SlipFluidCell *c, const SlipFluidPieces *p, const Pets
     }
 }
 
-void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPieces *p, PetscReal total, PetscReal m[])
+void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal kept, PetscReal dt, const SlipFluidPieces *p,
+                         PetscReal total, PetscReal m[])
 {
-  const PetscReal kept = c->storage + dt * c->sink, whole = kept + dt * total;
+  const PetscReal whole = kept + dt * total;
   const PetscInt n = p->n;
 
-  if (c->corners == 3) { /* rows of the second part add up to zero */
+  if (n == 3) { /* a triangle; rows of the second part add up to zero */
     const PetscReal all = p->t[0] * kept / (3 * whole);
 
     for (int i = 0; i < 3; i++) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
 
-      m[3 * i + i] = dt * (all - c->couple[j] - c->couple[k]);
-      m[3 * i + j] = dt * (all + c->couple[k]);
-      m[3 * i + k] = dt * (all + c->couple[j]);
+      m[3 * i + i] = dt * (all - p->couple[j] - p->couple[k]);
+      m[3 * i + j] = dt * (all + p->couple[k]);
+      m[3 * i + k] = dt * (all + p->couple[j]);
     }
     return;
   }
@@ -159,10 +160,10 @@ void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPi
 void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPieces *p, PetscReal y, const PetscReal lambda[],
                        PetscReal flux[])
 {
-  if (c->corners == 3) {
+  if (p->n == 3) {
     const PetscReal all = p->t[0] * (y - (lambda[0] + lambda[1] + lambda[2]) / 3);
-    const PetscReal x[] = {c->couple[0] * (lambda[2] - lambda[1]), c->couple[1] * (lambda[0] - lambda[2]),
-                           c->couple[2] * (lambda[1] - lambda[0])};
+    const PetscReal x[] = {p->couple[0] * (lambda[2] - lambda[1]), p->couple[1] * (lambda[0] - lambda[2]),
+                           p->couple[2] * (lambda[1] - lambda[0])};
 
     for (int i = 0; i < 3; i++) flux[i] = all - x[(i + 2) % 3] + x[(i + 1) % 3];
     return;

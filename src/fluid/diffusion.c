@@ -118,6 +118,7 @@ PetscErrorCode SlipDiffusionCreate(const SlipFaultMesh *mesh, const char prefix[
   entries = d->sides.offset[d->n];
   local = d->sides.owned + d->sides.ghosts;
   PetscCall(PetscCalloc1(d->n, &d->cell));
+  PetscCall(PetscMalloc2(d->n, &d->kept, 3 * d->n, &d->couple));
   PetscCall(PetscMalloc6(entries, &d->t, d->n, &d->total, local, &d->sum, local, &d->held, entries, &d->flux,
                          d->sides.most, &d->gathered));
   PetscCall(PetscArrayzero(d->flux, entries));
@@ -160,6 +161,7 @@ PetscErrorCode SlipDiffusionDestroy(SlipDiffusion *out)
   PetscCall(PetscFree(d->other));
   PetscCall(PetscFree(d->cell));
   PetscCall(PetscFree(d->value));
+  PetscCall(PetscFree2(d->kept, d->couple));
   PetscCall(PetscFree6(d->t, d->total, d->sum, d->held, d->flux, d->gathered));
   PetscCall(SlipFluidSidesDestroy(&d->sides));
   PetscCall(PetscFree(*out));
@@ -250,7 +252,7 @@ static PetscReal *SideValues(SlipDiffusion d, PetscInt i, PetscReal dt, PetscRea
   const SlipFluidPieces p = SlipFluidPiecesOf(d, i);
   const PetscInt m = p.n, *piece = d->sides.piece + d->sides.offset[i];
 
-  SlipFluidCellMatrix(&d->cell[i], dt, &p, d->total[i], value);
+  SlipFluidCellMatrix(&d->cell[i], d->kept[i], dt, &p, d->total[i], value);
   for (PetscInt a = 0; a < m; a++) {
     if (d->sum[piece[a]] == 0) value[m * a + a] = 1;
     if (d->held[piece[a]] != d->held[piece[a]]) continue;
@@ -265,7 +267,7 @@ static PetscReal *CellValues(SlipDiffusion d, PetscInt i, PetscReal dt, PetscRea
 {
   PetscReal *diagonal = value++;
 
-  *diagonal = d->cell[i].storage + dt * d->cell[i].sink;
+  *diagonal = d->kept[i];
   for (PetscInt k = d->sides.offset[i]; k < d->sides.offset[i + 1]; k++, value++) {
     const PetscInt piece = d->sides.piece[k];
     const PetscReal t = d->held[piece] == d->held[piece]  ? d->t[k]
@@ -286,10 +288,8 @@ PetscErrorCode SlipDiffusionAssemble(SlipDiffusion d, PetscReal dt)
   PetscFunctionBegin;
   if (dt == d->dt) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < d->n; i++) {
-    const SlipFluidCell *c = &d->cell[i];
-
     value = d->other ? CellValues(d, i, dt, value) : SideValues(d, i, dt, value);
-    mean += dt * d->total[i] / (c->storage + dt * c->sink) / (PetscReal)d->all;
+    mean += dt * d->total[i] / d->kept[i] / (PetscReal)d->all;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mean, 1, MPIU_REAL, MPIU_SUM, d->comm));
   PetscCall(MatSetValuesCOO(d->A, d->value, INSERT_VALUES));

@@ -74,7 +74,7 @@ static PetscErrorCode Lacks_SlipDiffusion(SlipDiffusion d, PetscReal dt, const P
       d->flux[k] -= a[s->piece[k]];
       out += d->flux[k];
     }
-    lack[i] = b[i] - (d->cell[i].storage + dt * d->cell[i].sink) * y[i] - dt * out;
+    lack[i] = b[i] - d->kept[i] * y[i] - dt * out;
   }
   PetscCall(VecRestoreArray(local, &a));
   PetscCall(VecGhostRestoreLocalForm(d->residual, &local));
@@ -142,7 +142,7 @@ static PetscErrorCode Improve_SlipDiffusion(SlipDiffusion d, PetscReal dt, Petsc
   PetscCall(VecGetArray(local, &r));
   for (PetscInt i = 0; i < d->n; i++) { /* without what was taken from the fluxes */
     for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) lack[i] -= dt * r[s->piece[k]];
-    lack[i] /= d->cell[i].storage + dt * (d->cell[i].sink + d->total[i]);
+    lack[i] /= d->kept[i] + dt * d->total[i];
     for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) d->flux[k] = dt * (d->t[k] * lack[i] + r[s->piece[k]]);
   }
   PetscCall(VecRestoreArray(local, &r));
@@ -164,7 +164,7 @@ static PetscErrorCode Improve_SlipDiffusion(SlipDiffusion d, PetscReal dt, Petsc
     PetscReal in = 0;
 
     for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) in += d->t[k] * a[s->piece[k]];
-    y[i] += lack[i] + dt * in / (d->cell[i].storage + dt * (d->cell[i].sink + d->total[i]));
+    y[i] += lack[i] + dt * in / (d->kept[i] + dt * d->total[i]);
   }
   PetscCall(VecRestoreArray(local, &a));
   PetscCall(VecGhostRestoreLocalForm(d->step, &local));
@@ -227,13 +227,14 @@ PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal
   SlipWorkTake(); /* whether a factorisation is at hand depends on restarts, and so do flops */
   PetscCall(PetscMalloc2(d->n, &start, d->n, &lack));
   PetscCall(PetscArraycpy(start, y, d->n));
+  for (PetscInt i = 0; i < d->n; i++) d->kept[i] = d->cell[i].storage + dt * d->cell[i].sink;
   PetscCall(Begin_SlipDiffusion(d, y));
   for (PetscInt pass = 0;; pass++) {
     PetscReal size[3] = {0, 0, 0}; /* of corrections, of changes, of pressures */
 
     PetscCall(Lacks_SlipDiffusion(d, dt, b, y, lack));
     for (PetscInt i = 0; i < d->n; i++) {
-      size[0] = SlipLarger(size[0], PetscAbsReal(lack[i] / (d->cell[i].storage + dt * d->cell[i].sink)));
+      size[0] = SlipLarger(size[0], PetscAbsReal(lack[i] / d->kept[i]));
       size[1] = SlipLarger(size[1], PetscAbsReal(y[i] - start[i]));
       size[2] = SlipLarger(size[2], PetscAbsReal(y[i]));
     }
@@ -255,7 +256,7 @@ PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal
     else
       PetscCall(Improve_SlipDiffusion(d, dt, PetscMin(tolerance, 0.1), lack, y));
   }
-  for (PetscInt i = 0; i < d->n; i++) y[i] += lack[i] / (d->cell[i].storage + dt * d->cell[i].sink);
+  for (PetscInt i = 0; i < d->n; i++) y[i] += lack[i] / d->kept[i];
   PetscCall(PetscFree2(start, lack));
   SlipWorkSkip();
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -56,8 +56,7 @@ PETSC_INTERN PetscErrorCode SlipFluidMeetDestroy(SlipFluidMeet *meet);
 typedef struct {
   PetscReal storage, along, down, sink, border; /* as in SlipDiffusionCells */
   PetscInt corners;                             /* 3, or 4: a rectangle of corner[0] = half its sides */
-  PetscReal corner[3][2];                       /* of triangles: corner[k] is opposite of side k, */
-  PetscReal couple[3];                          /* and this is the second part of T for the other two sides (cell.c) */
+  PetscReal corner[3][2];                       /* of triangles: corner[k] is opposite of side k */
 } SlipFluidCell;
 
 /* The pieces of one cell, which are in the order of the sides and along each */
@@ -65,16 +64,18 @@ typedef struct {
   PetscInt n;
   const PetscInt *side;
   const PetscReal *part;
-  PetscReal *t; /* what flows out through a piece per pressure of the cell above that of all pieces [m^3/(Pa s)] */
+  PetscReal *t;      /* what flows out through a piece per pressure of the cell above that of all pieces [m^3/(Pa s)] */
+  PetscReal *couple; /* [3] of triangles, with n = 3: the second part of T for the sides other than k (cell.c) */
   PetscReal *gathered; /* [n] work */
 } SlipFluidPieces;
 
 PETSC_INTERN void SlipFluidCellShape(const SlipFaultCell *from, SlipFluidCell *cell);
 /* Sets t of the pieces, and what else follows of the coefficients; returns the sum of t. */
-PETSC_INTERN PetscReal SlipFluidCellWeights(SlipFluidCell *c, const SlipFluidPieces *p);
-/* Matrix of a cell [n][n] for the pressures of its pieces after its own was eliminated [m^3/Pa] */
-PETSC_INTERN void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal dt, const SlipFluidPieces *p, PetscReal total,
-                                      PetscReal matrix[]);
+PETSC_INTERN PetscReal SlipFluidCellWeights(const SlipFluidCell *c, const SlipFluidPieces *p);
+/* Matrix of a cell [n][n] for the pressures of its pieces after its own was eliminated [m^3/Pa]; kept: storage plus dt
+   sink */
+PETSC_INTERN void SlipFluidCellMatrix(const SlipFluidCell *c, PetscReal kept, PetscReal dt, const SlipFluidPieces *p,
+                                      PetscReal total, PetscReal matrix[]);
 /* What flows out through its pieces [m^3/s] at its pressure y and those of the pieces */
 PETSC_INTERN void SlipFluidCellFlux(const SlipFluidCell *c, const SlipFluidPieces *p, PetscReal y,
                                     const PetscReal lambda[], PetscReal flux[]);
@@ -94,7 +95,9 @@ struct _SlipDiffusion {
   SlipFluidSides sides;
   SlipFluidCell *cell; /* [n] */
   PetscReal *t;        /* [pieces of all n cells] weights, */
-  PetscReal *total;    /* [n] their sums, */
+  PetscReal *couple;   /* [n][3] of SlipFluidPieces */
+  PetscReal *kept;     /* [n] storage plus dt sink of this solve [m^3/Pa] */
+  PetscReal *total;    /* [n] sums of weights, */
   PetscReal *sum;      /* [local pieces] and those of the cells that share a piece */
   PetscReal *held;     /* [local pieces] pressure of the border, NaN elsewhere */
   PetscReal *flux;     /* [pieces of all n cells] of the last solve, outwards [m^3/s] */
@@ -122,7 +125,11 @@ static inline SlipFluidPieces SlipFluidPiecesOf(SlipDiffusion d, PetscInt i)
 {
   const PetscInt first = d->sides.offset[i];
 
-  return (SlipFluidPieces){d->sides.offset[i + 1] - first, d->sides.side + first, d->sides.part + first, d->t + first,
+  return (SlipFluidPieces){d->sides.offset[i + 1] - first,
+                           d->sides.side + first,
+                           d->sides.part + first,
+                           d->t + first,
+                           d->couple + 3 * i,
                            d->gathered};
 }
 

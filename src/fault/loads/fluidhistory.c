@@ -12,8 +12,8 @@
 #include <math.h>
 
 /* Of the error of pressure that a step of the fault may make, solves of the second path leave at most this share, so
-   that they need few iterations, and the estimate of that error, which steps follow, holds to 1 %. */
-#define CORRECTION_SHARE 0.002
+   that they need few iterations, and the estimate of that error, which steps follow, holds to a tenth of it. */
+#define CORRECTION_SHARE 0.02
 
 static const SlipFluidNode *EndOf(const SlipFluidPath *path)
 {
