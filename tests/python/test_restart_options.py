@@ -47,7 +47,8 @@ RUNS = {"event": (EVENT, 12),
         "zone": (SMOOTH + " -fault_shear_zone_width 0.01 -fault_thermal_pressurisation 1e5 -fault_dilatancy 1e-6", 12),
         "fluid": (SMOOTH + " -fault_permeability 1e-15 -fault_permeability_law valve -fault_permeability_maximum 1e-14 "
                   "-fault_permeability_slip 0.01 -fault_permeability_healing_time 1y -fault_permeability_stress 1e7 "
-                  "-fault_leakoff 1e-17 -fault_carter_leakoff 1e-14 -fault_carter_pressure 2e3 -fault_wells wells.csv", 12),
+                  "-fault_leakoff 1e-17 -fault_carter_leakoff 1e-14 -fault_carter_pressure 2e3 "
+                  "-fault_wells wells.csv", 12),
         "transforms": (SMOOTH + " -fault_operator fft", 12),
         "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 "
                    "-fault_healing_time 100", 12),

@@ -25,8 +25,8 @@ typedef struct {
 } SlipFluidNode;
 
 /* Work space of the cells: permeability, and then conductance, along strike and down dip; what leaves per pressure,
-   and of that into the rock; what enters; the right-hand side; pressure and k* in the middle of a step; normal stress without this fluid;
-   pressure; growth of pores */
+   and of that into the rock; what enters; the right-hand side; by how much the first stage of a step has raised the
+   pressure; k* at that stage; normal stress without this fluid; pressure */
 enum {
   FLUID_WORK_ALONG,
   FLUID_WORK_DOWN,
@@ -34,11 +34,10 @@ enum {
   FLUID_WORK_LEAK,
   FLUID_WORK_INFLOW,
   FLUID_WORK_RIGHT,
-  FLUID_WORK_GUESS,
+  FLUID_WORK_RAISED,
   FLUID_WORK_STATE,
   FLUID_WORK_HOLD,
   FLUID_WORK_OWN,
-  FLUID_WORK_PORES,
   FLUID_NUM_WORK
 };
 

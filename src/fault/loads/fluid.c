@@ -86,7 +86,7 @@ static PetscErrorCode SetUpCells(SlipFault fault)
 static PetscErrorCode SetUpWells(SlipFault fault)
 {
   SlipFaultFluid *f = &fault->fluid;
-  PetscReal *radius = f->work[FLUID_WORK_GUESS];
+  PetscReal *radius = f->work[FLUID_WORK_RAISED];
 
   PetscFunctionBegin;
   PetscCall(SlipDiffusionRadius(f->diffusion, radius));
@@ -324,7 +324,7 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
   SlipFluidNode *to = &path->to;
   const PetscInt n = fault->mesh.n;
   const PetscReal own = SLIP_FLUID_GAMMA * h, other = (1 - SLIP_FLUID_GAMMA) * h;
-  PetscReal *p = from->pressure, *y1 = path->middle, *y2 = to->pressure, *already = f->work[FLUID_WORK_GUESS];
+  PetscReal *p = from->pressure, *y1 = path->middle, *y2 = to->pressure, *already = f->work[FLUID_WORK_RAISED];
   PetscReal rate[2][FLUID_NUM_VOLUMES], largest[2] = {0, 0}, size = 0;
   PetscBool known, reached = PETSC_FALSE;
 

@@ -2,13 +2,13 @@
      v = c p/sqrt(t - onset),
    which is that of a half-space of rock whose border has the pressure p since the onset, c = sqrt(k_r S_r/(pi eta)).
 
-   Howard, G. C. and Fast, C. R., 1957, Optimum fluid characteristics for fracture extension (with an appendix by Carter,
-   R. D.), Drilling and Production Practice, API, 261-270. */
+   Howard, G. C. and Fast, C. R., 1957, Optimum fluid characteristics for fracture extension (with an appendix by
+   Carter, R. D.), Drilling and Production Practice, API, 261-270. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfluid.h>
 
-/* Sets what leaks into the rock per pressure in stage k of a step of length h from t on [m^3/(Pa s)]. By Carter's law it
-   falls as 1/sqrt(time since the onset): both stages together are right where the pressure is linear in time. */
+/* Sets what leaks into the rock per pressure in stage k of a step of length h from t on [m^3/(Pa s)]. By Carter's law
+   it falls as 1/sqrt(time since the onset): both stages together are right where the pressure is linear in time. */
 void SlipFluidLeak(SlipFault fault, PetscReal t, PetscReal h, int k, const PetscReal onset[])
 {
   const SlipFaultFluid *f = &fault->fluid;

@@ -131,8 +131,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
            "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_alpha",
            "friction_reference", "initial_rate", "initial_state", "creep", "rake", "thermal_pressurisation",
            "dilatancy", "permeability", "permeability_ratio", "permeability_maximum", "porosity",
-           "pore_compressibility", "aperture", "leakoff", "carter_leakoff", "border_pressure" (NaN: none), "fluid_source",
-           "fluid_pressure", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
+           "pore_compressibility", "aperture", "leakoff", "carter_leakoff", "border_pressure" (NaN: none),
+           "fluid_source", "fluid_pressure", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; the fault copies them
