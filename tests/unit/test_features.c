@@ -99,6 +99,8 @@ static const struct {
                                     SLIP_FEATURE(PERMEABILITY_BY_STRESS) | SLIP_FEATURE(FLUID_DETAIL)},
   [FEATURE_PERMEABILITY_BY_STRESS] = {"-fault_permeability_law valve", "",
                                       SLIP_FEATURE(PERMEABILITY_BY_SLIP) | SLIP_FEATURE(FLUID_DETAIL)},
+  [FEATURE_CARTER] = {"-fault_carter_leakoff 1e-12", "", SLIP_FEATURE(FLUID_DETAIL)},
+  [FEATURE_CARTER_PRESSURE] = {"-fault_carter_pressure 2e3"},
   [FEATURE_PERMEABILITY_MAXIMUM] = {"-fault_permeability_maximum 1e-12"},
   [FEATURE_PERMEABILITY_SLIP] = {"-fault_permeability_slip 0.1"},
   [FEATURE_PERMEABILITY_HEALING] = {"-fault_permeability_healing_time 100"},
