@@ -76,17 +76,17 @@ def record():
 
 def make(name, cell, well, rate, diffusion):
     n, times = round(2 * HALF / cell), record()
+    x = centres(n)
+    values = np.array([pressure(x, x, t, point if well else gaussian) for t in times]) * (rate / RATE)
+    if values.max() >= 0.99 * NORMAL:
+        sys.exit(f"seas_bp8.py: the pressure reaches {values.max() / 1e6:.1f} MPa, the normal stress is "
+                 f"{NORMAL / 1e6:g} MPa: expected a lower --rate than {rate:g}")
     if diffusion:
         place, spread = f"injection,{HALF:g},{HALF:g}", 0 if well else WIDTH
         with open(f"{name}_wells.csv", "w", encoding="utf-8") as file:
             file.write(f"well,x,z,s,m3/s,spread\n{place},0,{rate!r},{spread:g}\n{place},{STOP:g},0,{spread:g}\n")
         print(n)
         return
-    x = centres(n)
-    values = np.array([pressure(x, x, t, point if well else gaussian) for t in times]) * (rate / RATE)
-    if values.max() >= 0.99 * NORMAL:
-        sys.exit(f"seas_bp8.py: the pressure reaches {values.max() / 1e6:.1f} MPa, the normal stress is "
-                 f"{NORMAL / 1e6:g} MPa: expected a lower --rate than {rate:g}")
     with h5py.File(f"{name}_pressure.h5", "w") as file:
         file["time"], file["pressure"] = times, values
     print(n)
