@@ -13,7 +13,6 @@
    the error because the inverse of storage plus diffusion, times the storage, has no row whose sum exceeds one. */
 #include <slipstep/private/slipfluid.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipwork.h>
 
 /* Prepares the places of the matrix's values: all pairs of the pieces of each cell; or each cell and its neighbours. */
 static PetscErrorCode Matrix_SlipDiffusion(SlipDiffusion d, PetscInt start)
@@ -298,11 +297,11 @@ PetscErrorCode SlipDiffusionAssemble(SlipDiffusion d, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDiffusionCreateSides(SlipDiffusion d, Vec *sides)
+PetscErrorCode SlipDiffusionMost(SlipDiffusion d, PetscInt *most)
 {
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(d->lambda, sides));
-  PetscCall(VecZeroEntries(*sides));
+  *most = d->other ? 0 : d->sides.most;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_INT, MPI_MAX, d->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -12,16 +12,19 @@
 enum { FLUID_ITERATIONS = 8, FLUID_PASSES = 8 };
 
 /* Sets the pressures of sides from those of the cells: such that, if these were equal to the sides' on average, the
-   fluxes would cancel. begin: they differ so from those at the cells' pressures d->base; NULL: from nothing. */
-static PetscErrorCode Guess_SlipDiffusion(SlipDiffusion d, Vec begin, const PetscReal y[])
+   fluxes would cancel; or changes those of SlipDiffusionBegin() so, by what the cells' have changed since. */
+static PetscErrorCode Guess_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
 {
   const SlipFluidSides *s = &d->sides;
-  const PetscReal *base = begin ? d->base : NULL;
-  const Vec sum = begin ? d->residual : d->lambda;
+  const PetscReal *base = d->begun ? d->base : NULL;
+  const Vec sum = base ? d->residual : d->lambda;
+  const PetscBool done = d->begun && !base ? PETSC_TRUE : PETSC_FALSE;
   PetscReal *a;
   Vec local;
 
   PetscFunctionBegin;
+  d->begun = PETSC_FALSE;
+  if (done) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < d->n; i++) {
     const PetscReal change = base ? y[i] - base[i] : y[i];
 
@@ -34,8 +37,7 @@ static PetscErrorCode Guess_SlipDiffusion(SlipDiffusion d, Vec begin, const Pets
     a[k] = d->held[k] == d->held[k] ? (base ? 0 : d->held[k]) : d->sum[k] > 0 ? a[k] / d->sum[k] : 0;
   PetscCall(VecRestoreArray(local, &a));
   PetscCall(VecGhostRestoreLocalForm(sum, &local));
-  if (!begin) PetscFunctionReturn(PETSC_SUCCESS);
-  if (begin != d->lambda) PetscCall(VecCopy(begin, d->lambda));
+  if (!base) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecAXPY(d->lambda, 1, sum));
   PetscCall(VecGhostUpdateBegin(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGhostUpdateEnd(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
@@ -124,7 +126,7 @@ static PetscErrorCode ImproveCells_SlipDiffusion(SlipDiffusion d, PetscReal tole
   PetscCall(VecGetArrayRead(d->step, &step));
   for (PetscInt i = 0; i < d->n; i++) y[i] += step[i];
   PetscCall(VecRestoreArrayRead(d->step, &step));
-  PetscCall(Guess_SlipDiffusion(d, NULL, y));
+  PetscCall(Guess_SlipDiffusion(d, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,34 +187,40 @@ PetscErrorCode SlipDiffusionRenew(SlipDiffusion d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDiffusionKeep(SlipDiffusion d, Vec sides)
+PetscErrorCode SlipDiffusionKeep(SlipDiffusion d, PetscInt stride, PetscReal x[])
 {
+  const SlipFluidSides *s = &d->sides;
+  const PetscReal *a;
+  Vec local;
+
   PetscFunctionBegin;
-  PetscCall(VecCopy(d->lambda, sides));
+  if (d->other) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGhostGetLocalForm(d->lambda, &local));
+  PetscCall(VecGetArrayRead(local, &a));
+  for (PetscInt i = 0; i < d->n; i++)
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) x[stride * i + k - s->offset[i]] = a[s->piece[k]];
+  PetscCall(VecRestoreArrayRead(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipDiffusionBegin(SlipDiffusion d, Vec sides, const PetscReal y[])
+PetscErrorCode SlipDiffusionBegin(SlipDiffusion d, PetscInt stride, const PetscReal x[], const PetscReal y[])
 {
+  const SlipFluidSides *s = &d->sides;
+  PetscReal *a;
+  Vec local;
+
   PetscFunctionBegin;
-  d->begin = sides ? sides : d->lambda;
+  if (d->other) PetscFunctionReturn(PETSC_SUCCESS);
+  d->begun = PETSC_TRUE;
   d->base = y;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the pressures of sides with which a solve begins. */
-static PetscErrorCode Begin_SlipDiffusion(SlipDiffusion d, const PetscReal y[])
-{
-  const Vec begin = d->other ? NULL : d->begin; /* where cells are unknown, the pressures of sides follow from theirs */
-
-  PetscFunctionBegin;
-  d->begin = NULL;
-  if (!begin || d->base) PetscCall(Guess_SlipDiffusion(d, begin, y));
-  if (begin && !d->base) {
-    PetscCall(VecCopy(begin, d->lambda));
-    PetscCall(VecGhostUpdateBegin(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecGhostUpdateEnd(d->lambda, INSERT_VALUES, SCATTER_FORWARD));
-  }
+  if (!x) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGhostGetLocalForm(d->lambda, &local));
+  PetscCall(VecGetArray(local, &a));
+  for (PetscInt i = 0; i < d->n; i++) /* each piece belongs to a cell of this process */
+    for (PetscInt k = s->offset[i]; k < s->offset[i + 1]; k++) a[s->piece[k]] = x[stride * i + k - s->offset[i]];
+  PetscCall(VecRestoreArray(local, &a));
+  PetscCall(VecGhostRestoreLocalForm(d->lambda, &local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,7 +236,7 @@ PetscErrorCode SlipDiffusionSolve(SlipDiffusion d, PetscReal dt, const PetscReal
   PetscCall(PetscMalloc2(d->n, &start, d->n, &lack));
   PetscCall(PetscArraycpy(start, y, d->n));
   for (PetscInt i = 0; i < d->n; i++) d->kept[i] = d->cell[i].storage + dt * d->cell[i].sink;
-  PetscCall(Begin_SlipDiffusion(d, y));
+  PetscCall(Guess_SlipDiffusion(d, y));
   for (PetscInt pass = 0;; pass++) {
     PetscReal size[3] = {0, 0, 0}; /* of corrections, of changes, of pressures */
 

@@ -53,7 +53,7 @@ enum {
   FLUID_EXTRA_RATE,
   FLUID_PSI, /* first friction state and its rate [1/s], of dilatancy */
   FLUID_PSI_RATE,
-  FLUID_DISPLACEMENT /* [components] [m] */
+  FLUID_DISPLACEMENT /* [components] [m]; then [most] pressures of sides [Pa] */
 };
 
 /* What drives the fluid from the history on, as functions of the time since then: the slip is that of the speed and a
@@ -108,9 +108,10 @@ typedef struct {
   struct {
     PetscReal time, next, volume[FLUID_NUM_VOLUMES];
     PetscBool fresh;
-    Vec cells, sides;     /* sides: where solves begin, if slip changes the pressure */
+    Vec cells;
   } past[2];              /* the history, in two slots as in slipelastic.h */
-  Vec sides[2], ends;     /* of the stages of the last step of the first path; at the end of the second one */
+  PetscInt most;          /* pressures of sides that a cell keeps, with which solves begin, [n][most] */
+  PetscReal *sides[3];    /* of the stages of the last step of the first path; at the end of the second one */
   SlipFluidPath path[2];  /* by the drive as of the history; and by what happened */
   PetscReal allowed;      /* error of a pressure that solves of the second one may leave [Pa] */
   PetscBool computed;     /* the second one leads to this displacement of all cells at its end: */

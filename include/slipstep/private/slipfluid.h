@@ -114,8 +114,8 @@ struct _SlipDiffusion {
   PetscInt *other;       /* [pieces of all n cells] the cell at the other side, -1: none; NULL: unknowns are sides */
   const char *prefix;    /* of the solver's options */
   Vec lambda, residual;  /* of pieces, with ghosts */
-  Vec begin;             /* of SlipDiffusionBegin(); NULL: the next solve begins with what the cells' pressures give */
-  const PetscReal *base; /* [n] */
+  PetscBool begun;       /* lambda is set, by SlipDiffusionBegin(): */
+  const PetscReal *base; /* [n] for these pressures of the cells; NULL: for the guess of the next solve */
   Vec right, step;       /* of the unknowns; of pieces with ghosts */
   Mat A;
   KSP ksp;

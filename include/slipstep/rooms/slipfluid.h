@@ -30,12 +30,14 @@ PETSC_EXTERN PetscErrorCode SlipDiffusionAccuracy(SlipDiffusion d, PetscReal err
 /* The next solve makes the preconditioner of its matrix, unless it has that one. Later ones use it for similar matrices
    too, so that their rounding depends on what was solved since this call. */
 PETSC_EXTERN PetscErrorCode SlipDiffusionRenew(SlipDiffusion d);
-/* Pressures of sides, in the order of the cells on any number of processes; keeps those of the last solve; and lets the
-   next solve begin with such ones, NULL: of the last solve, at which the cells' pressures were y [n], which must stand
-   until then; NULL: the guess of that solve. */
-PETSC_EXTERN PetscErrorCode SlipDiffusionCreateSides(SlipDiffusion d, Vec *sides);
-PETSC_EXTERN PetscErrorCode SlipDiffusionKeep(SlipDiffusion d, Vec sides);
-PETSC_EXTERN PetscErrorCode SlipDiffusionBegin(SlipDiffusion d, Vec sides, const PetscReal y[]);
+/* Pressures of sides: how many a cell has at most, on all processes, 0 where those of the cells are the unknowns. Keeps
+   those of the last solve, x[stride i + k] of side k of cell i, in the same order on any number of processes; and lets
+   the next solve begin with such ones, NULL: of the last solve, at which the cells' pressures were y [n], which must
+   stand until then; NULL: the guess of that solve. */
+PETSC_EXTERN PetscErrorCode SlipDiffusionMost(SlipDiffusion d, PetscInt *most);
+PETSC_EXTERN PetscErrorCode SlipDiffusionKeep(SlipDiffusion d, PetscInt stride, PetscReal x[]);
+PETSC_EXTERN PetscErrorCode SlipDiffusionBegin(SlipDiffusion d, PetscInt stride, const PetscReal x[],
+                                               const PetscReal y[]);
 /* What flows at the pressures y of the last solve: through the border, outwards, of the cells of all processes [m^3/s],
    and the Darcy flux times width at the centres [n][2], along strike and down dip [m^2/s]. NULL: not wanted */
 PETSC_EXTERN PetscErrorCode SlipDiffusionFlow(SlipDiffusion d, PetscReal *border, PetscReal flux[]);

@@ -133,7 +133,10 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
   for (PetscInt i = 0; i < n; i++) leaks |= fault->fields.cell[FIELD_CARTER_LEAKOFF][i] != 0;
   PetscCallMPI(MPI_Allreduce(&leaks, &f->leaks, 1, MPIU_INT, MPI_MAX, fault->comm));
   f->follows = f->law->evolve || (f->stressed && fault->kind.coupled) || f->dilates ? PETSC_TRUE : PETSC_FALSE;
-  f->block = FLUID_DISPLACEMENT + fault->layout.components;
+  PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->diffusion));
+  if (f->follows) PetscCall(SlipDiffusionMost(f->diffusion, &f->most));
+  f->block = FLUID_DISPLACEMENT + fault->layout.components + f->most;
+  for (int k = 0; k < 3; k++) PetscCall(PetscCalloc1(f->most * n + 1, &f->sides[k]));
   for (int k = 0; k < FLUID_NUM_WORK; k++) PetscCall(PetscCalloc1(n + 1, &f->work[k]));
   PetscCall(PetscCalloc5(n + 1, &f->storage, n + 1, &f->unit, n + 1, &f->leak, n + 1, &f->source, n + 1, &f->border));
   for (int k = 0; k < 2; k++) {
@@ -150,12 +153,6 @@ PetscErrorCode SlipFaultFluidSetUp(SlipFault fault)
                            n + 1, &drive->dilation, n + 1, &drive->swelling));
   }
   PetscCall(PetscCalloc1(fault->layout.components * n + 1, &f->reached));
-  PetscCall(SlipDiffusionCreate(&fault->mesh, SlipFaultPrefix(fault), &f->diffusion));
-  for (int k = 0; k < 2 && f->follows; k++) {
-    PetscCall(SlipDiffusionCreateSides(f->diffusion, &f->past[k].sides));
-    PetscCall(SlipDiffusionCreateSides(f->diffusion, &f->sides[k]));
-  }
-  if (f->follows) PetscCall(SlipDiffusionCreateSides(f->diffusion, &f->ends));
   PetscCall(SetUpCells(fault));
   PetscCall(SetUpWells(fault));
   PetscCall(SlipFaultFluidStart(fault, 0));
@@ -174,14 +171,12 @@ PetscErrorCode SlipFaultFluidDestroy(SlipFault fault)
   PetscCall(PetscFree5(f->storage, f->unit, f->leak, f->source, f->border));
   PetscCall(PetscFree(f->index));
   PetscCall(PetscFree(f->reached));
-  PetscCall(VecDestroy(&f->ends));
+  for (int k = 0; k < 3; k++) PetscCall(PetscFree(f->sides[k]));
   for (int k = 0; k < 2; k++) {
     SlipFluidNode *const node[] = {&f->path[k].before, &f->path[k].from, &f->path[k].to};
     SlipFluidDrive *drive = &f->path[k].drive;
 
     PetscCall(VecDestroy(&f->past[k].cells));
-    PetscCall(VecDestroy(&f->past[k].sides));
-    PetscCall(VecDestroy(&f->sides[k]));
     for (int j = 0; j < 3; j++) PetscCall(PetscFree4(node[j]->pressure, node[j]->rate, node[j]->state, node[j]->onset));
     PetscCall(PetscFree(f->path[k].middle));
     PetscCall(PetscFree(f->path[k].middle_before));
@@ -287,6 +282,27 @@ static PetscBool Expect(SlipFault fault, const SlipFluidPath *path, PetscReal h,
   return known;
 }
 
+/* Gives the solver of stage k, 0 or 1, the pressures of sides that are known: of the same step (known), of the history,
+   of the stage before. */
+static PetscErrorCode Begin(SlipFault fault, const SlipFluidPath *path, int k, PetscBool known)
+{
+  SlipFaultFluid *f = &fault->fluid;
+  const PetscReal *past;
+
+  PetscFunctionBegin;
+  if (!f->most) PetscFunctionReturn(PETSC_SUCCESS);
+  if (known)
+    PetscCall(SlipDiffusionBegin(f->diffusion, f->most, f->sides[k], NULL));
+  else if (k)
+    PetscCall(SlipDiffusionBegin(f->diffusion, 0, NULL, path->middle));
+  else if (path->from.time == path->start && !path->from.fresh) {
+    PetscCall(VecGetArrayRead(f->past[path->slot].cells, &past));
+    PetscCall(SlipDiffusionBegin(f->diffusion, f->block, past + f->block - f->most, path->from.pressure));
+    PetscCall(VecRestoreArrayRead(f->past[path->slot].cells, &past));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Solves for stage k, 0 or 1, of a step that ends at `end`; y: what is expected there, and then its pressures. already
    [n]: by how much the stages before have raised the pressure. Sets the rates of volumes [m^3/s]. */
 static PetscErrorCode Stage(SlipFault fault, const SlipFluidPath *path, int k, PetscReal own, PetscReal end,
@@ -306,7 +322,7 @@ static PetscErrorCode Stage(SlipFault fault, const SlipFluidPath *path, int k, P
            own * (f->work[FLUID_WORK_INFLOW][i] - growth);
   }
   PetscCall(SlipDiffusionSolve(f->diffusion, own, b, y));
-  if (f->follows && path == &f->path[0]) PetscCall(SlipDiffusionKeep(f->diffusion, f->sides[k]));
+  if (f->most && path == &f->path[0]) PetscCall(SlipDiffusionKeep(f->diffusion, f->most, f->sides[k]));
   PetscCall(VolumeRates(fault, y, rate));
   if (f->dilates) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &pores, 1, MPIU_REAL, MPIU_SUM, fault->comm));
   rate[FLUID_PORES] = pores;
@@ -338,10 +354,7 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
   size *= SOLVER_SHARE * fault->options.value[FAULT_FLUID_TOLERANCE];
   if (!f->follows || (path == &f->path[0] && from->time == path->start)) PetscCall(SlipDiffusionRenew(f->diffusion));
   for (int pass = 0; pass < (reached || (f->stressed && !known) ? 2 : 1); pass++) {
-    if (f->follows && (known || pass > 0))
-      PetscCall(SlipDiffusionBegin(f->diffusion, f->sides[0], NULL));
-    else if (f->follows && from->time == path->start && !from->fresh)
-      PetscCall(SlipDiffusionBegin(f->diffusion, f->past[path->slot].sides, p));
+    PetscCall(Begin(fault, path, 0, known || pass > 0 ? PETSC_TRUE : PETSC_FALSE));
     /* the error of the first stage counts (1 - gamma)/gamma times in the second one */
     PetscCall(SlipDiffusionAccuracy(f->diffusion, known ? PetscMax(size, f->allowed / 10) : size));
     SlipFluidLeak(fault, from->time, h, 0, to->onset);
@@ -350,10 +363,7 @@ static PetscErrorCode Step(SlipFault fault, SlipFluidPath *path, PetscReal h, Pe
       already[i] = other / own * (y1[i] - p[i]);
       if (!known && pass == 0) y2[i] = y1[i] + already[i];
     }
-    if (f->follows && (known || pass > 0))
-      PetscCall(SlipDiffusionBegin(f->diffusion, f->sides[1], NULL));
-    else if (f->follows)
-      PetscCall(SlipDiffusionBegin(f->diffusion, NULL, y1));
+    PetscCall(Begin(fault, path, 1, known || pass > 0 ? PETSC_TRUE : PETSC_FALSE));
     PetscCall(SlipDiffusionAccuracy(f->diffusion, known ? PetscMax(size, f->allowed) : size));
     SlipFluidLeak(fault, from->time, h, 1, to->onset);
     PetscCall(Stage(fault, path, 1, own, from->time + h, to->state, already, y2, rate[1]));

@@ -81,7 +81,7 @@ static PetscErrorCode Correct(SlipFault fault, PetscReal t, Vec w, const PetscRe
       for (PetscInt k = 0; k < c; k++) f->reached[c * i + k] = u[k];
     }
     PetscCall(SlipFluidWalk(fault, path, t, PETSC_TRUE));
-    PetscCall(SlipDiffusionKeep(f->diffusion, f->ends));
+    PetscCall(SlipDiffusionKeep(f->diffusion, f->most, f->sides[2]));
     f->computed = PETSC_TRUE;
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -100,10 +100,7 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
   PetscFunctionBegin;
   if (h > 0) PetscCall(Correct(fault, t, w, stress));
   if (stress && f->stressed) PetscCall(Extra(fault, t, stress, &extra));
-  if (h > 0) {
-    PetscCall(SlipFluidPutNode(fault, EndOf(&f->path[1])));
-    PetscCall(VecCopy(f->ends, f->past[1].sides));
-  }
+  if (h > 0) PetscCall(SlipFluidPutNode(fault, EndOf(&f->path[1])));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(f->past[1].cells, &to));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -121,6 +118,7 @@ static PetscErrorCode Move(SlipFault fault, PetscReal t, Vec w, const PetscReal 
       b[FLUID_EXTRA] = extra[i];
     }
     for (PetscInt k = 0; k < c; k++) b[FLUID_DISPLACEMENT + k] = a[SlipFaultDisplacementAt(fault, i) + k];
+    for (PetscInt k = 0; k < f->most && h > 0; k++) b[FLUID_DISPLACEMENT + c + k] = f->sides[2][f->most * i + k];
   }
   PetscCall(VecRestoreArray(f->past[1].cells, &to));
   PetscCall(VecRestoreArrayRead(w, &a));
@@ -149,14 +147,12 @@ PetscErrorCode SlipFaultFluidAccept(SlipFault fault, PetscReal t, Vec w, PetscBo
 
 static PetscErrorCode CopySlot(SlipFaultFluid *f, int from, int to)
 {
-  const Vec cells = f->past[to].cells, sides = f->past[to].sides;
+  const Vec cells = f->past[to].cells;
 
   PetscFunctionBegin;
   PetscCall(VecCopy(f->past[from].cells, cells));
-  PetscCall(VecCopy(f->past[from].sides, sides));
   f->past[to] = f->past[from];
   f->past[to].cells = cells;
-  f->past[to].sides = sides;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,9 +183,9 @@ PetscErrorCode SlipFaultFluidRollBack(SlipFault fault)
 /* Writes the history to a checkpoint, or reads it. */
 PetscErrorCode SlipFaultFluidVisit(SlipFault fault, SlipState state)
 {
-  static const char *const names[2][6] = {
-    {"time_before", "next_before", "fresh_before", "volumes_before", "cells_before", "sides_before"},
-    {"time", "next", "fresh", "volumes", "cells", "sides"}};
+  static const char *const names[2][5] = {
+    {"time_before", "next_before", "fresh_before", "volumes_before", "cells_before"},
+    {"time", "next", "fresh", "volumes", "cells"}};
   SlipFaultFluid *f = &fault->fluid;
 
   PetscFunctionBegin;
@@ -203,7 +199,6 @@ PetscErrorCode SlipFaultFluidVisit(SlipFault fault, SlipState state)
     PetscCall(SlipStateBool(state, names[k][2], &f->past[k].fresh));
     PetscCall(SlipStateReal(state, names[k][3], FLUID_NUM_VOLUMES, f->past[k].volume));
     PetscCall(SlipStateVec(state, names[k][4], f->past[k].cells));
-    if (f->follows) PetscCall(SlipStateVec(state, names[k][5], f->past[k].sides));
   }
   if (SlipStateIsLoading(state)) {
     f->computed = PETSC_FALSE;
